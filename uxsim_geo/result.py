@@ -1,0 +1,50 @@
+"""What a simulation leaves behind: events and trips, from which everything else is derived."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import pandas as pd
+
+from uxsim_geo.settings import Settings
+
+
+class Progress(NamedTuple):
+    """Where a simulation stands, for those who watch it."""
+
+    time: float  # simulated, s after the start
+    duration: float  # its end, s
+    vehicles_running: int  # in the network now
+    vehicles_completed: int  # arrived so far
+    mean_speed: float  # of the vehicles in the network, m/s; nan when there are none
+
+
+@dataclass(frozen=True)
+class Result:
+    """Link-boundary events and trips of one simulation.
+
+    events
+        one row per link entry, in the order of the exits: vehicle (row of ``trips``, int32), link
+        (link_id, categorical with the categories in the order of the links table), enter_s,
+        exit_s (s; NaN while on the link at the end)
+    trips
+        one row per platoon, ordered by departure: vehicle (int32), origin, destination (node_id,
+        categorical), number (of the platoon within its OD pair), depart_s, enter_s (into the
+        network; NaN while waiting), arrive_s (NaN until arrived), status (categorical: waiting,
+        running, completed, aborted), vehicles (in this platoon), distance_m (covered so far),
+        free_time_s (of the fastest route at free flow; NaN where there is none), toll
+    settings
+        as the simulation was told
+    engine_wall_s
+        seconds the compiled core took, compilation excluded
+    locked_vehicles
+        vehicles on links from which, at the end, no move can ever happen again unless routes
+        change: they wait for one another in circles
+    """
+
+    events: pd.DataFrame
+    trips: pd.DataFrame
+    settings: Settings
+    engine_wall_s: float
+    locked_vehicles: int

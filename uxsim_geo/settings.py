@@ -1,0 +1,68 @@
+"""What a simulation is told beside its network and its demand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from uxsim_geo.errors import Faults
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Model parameters, with the defaults of Seo (2023).
+
+    duration
+        end of the simulation, s after the start
+    platoon_size
+        Δn, vehicles that move together
+    reaction_time
+        τ, s; with jam density κ it gives the wave speed 1/(τκ)
+    route_update_interval
+        s between two updates of route choice
+    route_update_weight
+        λ in B ← (1−λ)B + λ·tree; 1 forgets the past, 0 never learns
+    route_noise
+        link times are multiplied by 1 + noise·U(0, 1) at every update
+    seed
+        of every draw; the same seed gives the same bytes
+    demand_rounding
+        ``conserve`` keeps every vehicle (the last platoon of a pair may be smaller), ``truncate``
+        cuts every demand row to whole platoons
+    """
+
+    duration: float
+    platoon_size: int = 5
+    reaction_time: float = 1.0
+    route_update_interval: float = 600.0
+    route_update_weight: float = 0.5
+    route_noise: float = 0.01
+    seed: int = 0
+    demand_rounding: Literal["conserve", "truncate"] = "conserve"
+
+    @property
+    def step(self) -> float:
+        """Δt = τΔn, s: the interval at which nodes are visited and waiting platoons choose again."""
+        return self.reaction_time * self.platoon_size
+
+    def __post_init__(self) -> None:
+        faults = Faults("settings")
+        for name in ("duration", "platoon_size", "reaction_time", "route_update_interval"):
+            value = getattr(self, name)
+            if not (0 < value < float("inf")):
+                faults.add("must be a finite number above 0", column=name, value=value)
+        if not isinstance(self.platoon_size, int):
+            faults.add(
+                "must be a whole number of vehicles", column="platoon_size", value=self.platoon_size
+            )
+        if not 0 <= self.route_update_weight <= 1:
+            value = self.route_update_weight
+            faults.add("must lie between 0 and 1", column="route_update_weight", value=value)
+        if not 0 <= self.route_noise < float("inf"):
+            faults.add("must be 0 or more", column="route_noise", value=self.route_noise)
+        if self.demand_rounding not in ("conserve", "truncate"):
+            value = self.demand_rounding
+            faults.add("must be conserve or truncate", column="demand_rounding", value=value)
+        if not isinstance(self.seed, int) or not 0 <= self.seed < 2**63:
+            faults.add("must be a whole number from 0 to 2^63 - 1", column="seed", value=self.seed)
+        faults.raise_if_any()
