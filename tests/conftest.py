@@ -1,0 +1,19 @@
+"""Fixtures that any test may use."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """Folder of measured networks that are not part of this repository."""
+    folder = Path(os.environ.get("UXSIM_GEO_SHARED", REPOSITORY.parent / "shared"))
+    if not folder.is_dir():
+        pytest.skip("the folder of measured networks is not here (set UXSIM_GEO_SHARED)")
+    return folder
