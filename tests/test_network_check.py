@@ -1,0 +1,127 @@
+"""Networks and demands with one thing or many wrong: each is told, all at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from uxsim_geo.demand.check import check_demand
+from uxsim_geo.demand.demand import Demand
+from uxsim_geo.errors import InputError
+from uxsim_geo.network.check import check_network
+from uxsim_geo.network.network import Network
+
+
+def two_links() -> Network:
+    nodes = pd.DataFrame({"node_id": ["a", "b", "c"], "control": "none", "through_traffic": True})
+    links = pd.DataFrame(
+        {
+            "link_id": ["a-b", "b-c"],
+            "from_node_id": ["a", "b"],
+            "to_node_id": ["b", "c"],
+            "length": [1000.0, 500.0],
+            "lanes": [1, 2],
+            "free_speed": [10.0, 20.0],
+            "jam_density": 0.2,
+            "capacity": [np.nan, 1.0],
+            "merge_priority": 1.0,
+        }
+    )
+    return Network(nodes, links)
+
+
+def one_trip() -> Demand:
+    row = {"origin": "a", "destination": "c", "start_s": 0.0, "end_s": 60.0, "vehicles": 7.5}
+    return Demand(pd.DataFrame([row]))
+
+
+def faults_of_links(column: str, values: list[object]) -> str:
+    network = two_links()
+    with pytest.raises(InputError) as raised:
+        check_network(replace(network, links=network.links.assign(**{column: values})))
+    return str(raised.value)
+
+
+def test_a_sound_network_and_demand_pass() -> None:
+    check_network(two_links())
+    check_demand(one_trip(), two_links())
+
+
+@pytest.mark.parametrize("column", ["length", "lanes", "free_speed", "jam_density"])
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_what_is_not_above_zero_is_told_with_its_link(column: str, value: float) -> None:
+    told = faults_of_links(column, [1.0, value])
+    assert told == f"links: 1 row has {column} <= 0 (link_id b-c)"
+
+
+@pytest.mark.parametrize("value", [np.inf, "fast"])
+def test_what_is_no_finite_number_is_told(value: object) -> None:
+    told = faults_of_links("free_speed", [value, 1.0])
+    assert told == "links: 1 row has a free_speed that is not a finite number (link_id a-b)"
+
+
+def test_empty_lanes_are_a_fault_and_empty_capacity_is_not() -> None:
+    assert "1 row has no lanes" in faults_of_links("lanes", [np.nan, 1.0])
+    assert "capacity <= 0" in faults_of_links("capacity", [np.nan, 0.0])
+
+
+def test_why_a_reader_left_a_column_empty_is_repeated() -> None:
+    note = {"topic": "placeholder", "value": "lanes", "note": "capacity is 1 on every link"}
+    network = two_links()
+    empty = replace(network, links=network.links.assign(lanes=np.nan), notes=pd.DataFrame([note]))
+    with pytest.raises(InputError, match=r"2 rows have no lanes.*capacity is 1 on every link"):
+        check_network(empty)
+
+
+def test_unknown_and_missing_ends_and_repeated_ids() -> None:
+    assert "a to_node_id that is not in the nodes (link_id b-c)" in faults_of_links(
+        "to_node_id", ["b", "x"]
+    )
+    assert "1 row has no from_node_id (row 2)" in faults_of_links("from_node_id", ["a", None])
+    assert "the link_id of an earlier row" in faults_of_links("link_id", ["a", "a"])
+
+
+def test_all_faults_come_at_once() -> None:
+    network = two_links()
+    links = network.links.assign(length=[0.0, 1.0], merge_priority=[1.0, -2.0])
+    nodes = network.nodes.assign(control=["none", "maybe", "none"])
+    turns = pd.DataFrame({"node_id": ["b"], "from_link_id": ["a-b"], "to_link_id": ["b-c"]})
+    with pytest.raises(InputError) as raised:
+        check_network(Network(nodes, links, turns))
+    assert len(raised.value.faults) == 4
+    assert "banned turns are not simulated yet" in str(raised.value)
+
+
+def test_missing_columns_and_empty_tables() -> None:
+    network = two_links()
+    with pytest.raises(InputError, match="links: lacks the column lanes"):
+        check_network(replace(network, links=network.links.drop(columns="lanes")))
+    with pytest.raises(InputError, match="links: there is no row"):
+        check_network(replace(network, links=network.links.iloc[:0]))
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "told"),
+    [
+        ("origin", "x", "an origin that is not a node of the network"),
+        ("destination", None, "no destination"),
+        ("destination", "a", "the same origin and destination"),
+        ("start_s", -1.0, "start_s < 0"),
+        ("end_s", 0.0, "end_s <= start_s"),
+        ("end_s", np.inf, "an? end_s that is not a finite number"),
+        ("vehicles", 0.0, "vehicles <= 0"),
+        ("vehicles", np.nan, "vehicles that are not a finite number"),
+    ],
+)
+def test_what_is_wrong_with_a_demand(column: str, value: object, told: str) -> None:
+    table = one_trip().table.astype(object)
+    table.loc[0, column] = value
+    with pytest.raises(InputError, match=told):
+        check_demand(Demand(table), two_links())
+
+
+def test_a_demand_without_rows_is_nobody_travelling() -> None:
+    check_demand(Demand(one_trip().table.iloc[:0]), two_links())

@@ -1,0 +1,124 @@
+"""Is this network fit to be simulated? All that is wrong with it, told at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.network import Network
+from uxsim_geo.network.rows import add_missing_columns, add_rows, count, lacking, numbers
+
+#: columns a simulation reads; nodes may also lack control (then none) and through_traffic (True)
+REQUIRED_NODE_COLUMNS = ("node_id",)
+REQUIRED_LINK_COLUMNS = (
+    "link_id",
+    "from_node_id",
+    "to_node_id",
+    "length",
+    "lanes",
+    "free_speed",
+    "jam_density",
+    "capacity",
+    "merge_priority",
+)
+POSITIVE_LINK_COLUMNS = ("length", "lanes", "free_speed", "jam_density", "merge_priority")
+CONTROLS = ("none", "signal")
+
+#: topic of the notes that say why a reader left a column empty; their value is that column's name
+PLACEHOLDER = "placeholder"
+
+
+def check_network(network: Network) -> None:
+    """Raise :class:`InputError` with every reason why ``network`` cannot be simulated, or return.
+
+    Looked at: the columns needed, ids (present, unique), end nodes (known), length, lanes,
+    free_speed, jam_density and merge_priority (finite, above 0), capacity (the same, or null),
+    control and through_traffic, and that no turn is banned.
+    """
+    faults = Faults()
+    faults.extend(_node_faults(network.nodes))
+    faults.extend(_link_faults(network))
+    faults.extend(_movement_faults(network.movements))
+    faults.raise_if_any()
+
+
+def _node_faults(nodes: pd.DataFrame) -> Faults:
+    faults = Faults("nodes")
+    if add_missing_columns(faults, nodes, REQUIRED_NODE_COLUMNS):
+        return faults
+    if nodes.empty:
+        faults.add("there is no row")
+    _add_id_faults(faults, nodes["node_id"])
+    ids = nodes["node_id"]
+    if "control" in nodes:
+        wrong = ~nodes["control"].isin(CONTROLS)
+        add_rows(faults, wrong, "a control other than none or signal", ids=ids)
+    if "through_traffic" in nodes:
+        wrong = ~nodes["through_traffic"].isin([True, False])
+        add_rows(faults, wrong, "a through_traffic other than true or false", ids=ids)
+    return faults
+
+
+def _link_faults(network: Network) -> Faults:
+    faults = Faults("links")
+    links = network.links
+    if add_missing_columns(faults, links, REQUIRED_LINK_COLUMNS):
+        return faults
+    if links.empty:
+        faults.add("there is no row")
+    _add_id_faults(faults, links["link_id"])
+    _add_end_faults(faults, links, network.nodes)
+    for column in POSITIVE_LINK_COLUMNS:
+        _add_missing_value_faults(faults, network, column)
+        _add_number_faults(faults, links, column)
+    _add_number_faults(faults, links, "capacity")
+    return faults
+
+
+def _add_id_faults(faults: Faults, ids: pd.Series) -> None:
+    missing = lacking(ids)
+    add_rows(faults, missing, f"no {ids.name}")
+    repeated = np.asarray(ids.duplicated(), dtype=bool) & ~missing
+    add_rows(faults, repeated, f"the {ids.name} of an earlier row", ids=ids)
+
+
+def _add_end_faults(faults: Faults, links: pd.DataFrame, nodes: pd.DataFrame) -> None:
+    known = nodes["node_id"] if "node_id" in nodes else pd.Series(dtype="str")
+    for column in ("from_node_id", "to_node_id"):
+        missing = lacking(links[column])
+        add_rows(faults, missing, f"no {column}")
+        unknown = ~np.asarray(links[column].isin(known), dtype=bool) & ~missing
+        add_rows(faults, unknown, f"a {column} that is not in the nodes", ids=links["link_id"])
+
+
+def _add_missing_value_faults(faults: Faults, network: Network, column: str) -> None:
+    values = network.links[column]
+    notes = network.notes
+    why = ""
+    if {"topic", "value", "note"} <= set(notes.columns):
+        told = notes.loc[(notes["topic"] == PLACEHOLDER) & (notes["value"] == column), "note"]
+        why = "".join(f"; {note}" for note in told)
+    ids = network.links["link_id"]
+    add_rows(faults, values.isna(), f"no {column}: give it in an overrides table{why}", ids=ids)
+
+
+def _add_number_faults(faults: Faults, links: pd.DataFrame, column: str) -> None:
+    filled = np.asarray(links[column].notna(), dtype=bool)
+    values = numbers(links[column])
+    ids = links["link_id"]
+    add_rows(
+        faults, filled & ~np.isfinite(values), f"a {column} that is not a finite number", ids=ids
+    )
+    with np.errstate(invalid="ignore"):
+        add_rows(faults, filled & (values <= 0), f"{column} <= 0", ids=ids)
+
+
+def _movement_faults(movements: pd.DataFrame) -> Faults:
+    faults = Faults("movements")
+    if len(movements):
+        faults.add(
+            f"{count(len(movements), 'banned turn')}: banned turns are not simulated yet; "
+            "remove them to simulate the network with every turn allowed"
+        )
+    return faults

@@ -1,0 +1,65 @@
+"""Faults in the rows of a table, told in one line a kind: how many rows, and which."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.errors import Faults
+
+#: so many rows are named in a message; the rest are counted
+NAMED_ROWS = 5
+
+
+def add_missing_columns(faults: Faults, table: pd.DataFrame, required: Iterable[str]) -> bool:
+    """Note each required column that ``table`` lacks; True if there is any."""
+    missing = [column for column in required if column not in table.columns]
+    for column in missing:
+        present = ", ".join(map(str, table.columns)) or "none"
+        faults.add(f"lacks the column {column} (columns here: {present})")
+    return bool(missing)
+
+
+def add_rows(
+    faults: Faults, wrong: np.ndarray | pd.Series, what: str, *, ids: pd.Series | None = None
+) -> None:
+    """Note the rows where ``wrong`` (boolean, one a row) holds, if any.
+
+    ``what`` follows "3 rows have"; with ``ids`` (one a row) the rows are named by them,
+    otherwise by their number, counted from 1.
+    """
+    rows = np.flatnonzero(np.asarray(wrong, dtype=bool))
+    if not len(rows):
+        return
+    if ids is None:
+        named = [str(row + 1) for row in rows[:NAMED_ROWS]]
+        place = "row" if len(rows) == 1 else "rows"
+    else:
+        named = [str(ids.iloc[row]) for row in rows[:NAMED_ROWS]]
+        place = str(ids.name)
+    have = "1 row has" if len(rows) == 1 else f"{len(rows)} rows have"
+    faults.add(f"{have} {what} ({place} {listed(named, len(rows))})")
+
+
+def count(number: int, thing: str) -> str:
+    """``1 row`` or ``3 rows``."""
+    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
+
+
+def listed(names: Sequence[str], total: int) -> str:
+    """The names with commas between them, and how many of ``total`` are not named."""
+    rest = total - len(names)
+    return ", ".join(names) + (f" and {rest} more" if rest > 0 else "")
+
+
+def numbers(column: pd.Series) -> np.ndarray:
+    """The column as float64; what is not a number becomes NaN."""
+    return np.asarray(pd.to_numeric(column, errors="coerce"), dtype=np.float64)
+
+
+def lacking(column: pd.Series) -> np.ndarray:
+    """Where a text column has nothing: null, empty or blank."""
+    text = column.astype("str").str.strip()
+    return np.asarray(column.isna() | (text == ""), dtype=bool)
