@@ -1,0 +1,77 @@
+# make demo    installs into .venv, then runs the main job; FORCE=1 runs every stage again
+# make test    installs the test tools too, then checks style, types, layers and behaviour
+# make lock    resolves the dependencies anew (needs uv)
+#
+# PYTHON names the interpreter for .venv: make PYTHON=python3.12 demo
+
+SHELL := /bin/sh
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+INSTALL := $(PIP) install --quiet --progress-bar off --no-compile
+
+SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 14))
+ifndef PYTHON
+PYTHON := $(shell for python in python3 python3.13 python3.12 python3.11; do \
+	$$python -c '$(SUPPORTED)' 2>/dev/null && echo $$python && break; done)
+endif
+
+# a stamp carries the interpreter's name, so that another PYTHON makes another environment
+CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
+INSTALLED := $(VENV)/.installed
+INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
+
+.PHONY: help demo install test lint check-types check-layers unit-test docs lock clean
+
+help:
+	@sed -n 's/^# //p' Makefile
+
+demo: $(INSTALLED)
+	@$(BIN)/uxsim-geo run configs/sioux_falls.yaml $(if $(FORCE),--force)
+
+install: $(INSTALLED)
+
+test: lint check-types check-layers unit-test
+
+lint: $(INSTALLED_FOR_TEST)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+check-types: $(INSTALLED_FOR_TEST)
+	$(BIN)/mypy
+
+check-layers: $(INSTALLED_FOR_TEST)
+	$(BIN)/lint-imports --quiet
+
+unit-test: $(INSTALLED_FOR_TEST)
+	$(BIN)/python -m pytest
+
+docs: $(INSTALLED)
+	$(BIN)/python docs/generate.py
+
+lock:
+	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock
+	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test \
+		-c requirements.lock -o requirements-test.lock
+
+LOCK_OPTIONS := --quiet --universal --python-version 3.11 --generate-hashes --upgrade \
+	--no-header --no-annotate --no-emit-index-url --no-emit-find-links
+
+clean:
+	rm -rf $(VENV) build dist
+
+$(CREATED):
+	@test -n "$(PYTHON)" && $(PYTHON) -c '$(SUPPORTED)' || { \
+		echo "uxsim-geo needs Python 3.11, 3.12 or 3.13: make PYTHON=/path/to/python ..." >&2; \
+		exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+
+$(INSTALLED): $(CREATED) requirements.lock pyproject.toml
+	$(INSTALL) --require-hashes -r requirements.lock
+	$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(INSTALLED_FOR_TEST): $(INSTALLED) requirements-test.lock
+	$(INSTALL) --require-hashes -r requirements-test.lock
+	@touch $@
