@@ -1,0 +1,1 @@
+"""From events and trips to trajectories, link states, network states and the summary."""

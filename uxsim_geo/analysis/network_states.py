@@ -1,0 +1,95 @@
+"""The network as a whole over time: its fundamental diagram, and where the vehicles are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.analysis.edie import edie_states
+from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.network.network import Network
+
+
+def network_states(network: Network, states: pd.DataFrame) -> pd.DataFrame:
+    """Average flow and density of the whole network in every time bin, for the MFD.
+
+    ``states`` is what :func:`uxsim_geo.analysis.link_states.link_times` returns for the same
+    network. With d and t the distance and time of all vehicles in a bin of length T and the total
+    lane length Λ = Σ length · lanes (Edie 1963; Geroliminis and Daganzo 2008):
+
+        flow = d / (Λ T)  (veh/s per lane)      density = t / (Λ T)  (veh/m per lane)
+
+    Columns: begin_s, end_s, distance (veh·m), time (veh·s), flow, density, speed (m/s; NaN while
+    the network is empty), delay (veh·s), queue (veh, on links at the end of the bin).
+    """
+    links = network.links
+    lane_length = float((links["length"] * links["lanes"]).sum())
+    bins = len(states) // len(links)
+
+    def by_bin(column: str) -> Floats:
+        sums: Floats = states[column].to_numpy(float).reshape(-1, bins).sum(axis=0)
+        return sums
+
+    begin, end = (states[name].to_numpy(float)[:bins] for name in ("begin_s", "end_s"))
+    distance, time = by_bin("distance"), by_bin("time")
+    return pd.DataFrame(
+        {
+            "begin_s": begin,
+            "end_s": end,
+            "distance": distance,
+            "time": time,
+            **edie_states(distance, time, lane_length * (end - begin)),
+            "delay": by_bin("delay"),
+            "queue": by_bin("queue"),
+        }
+    )
+
+
+def vehicle_counts(events: pd.DataFrame, trips: pd.DataFrame, times: Floats) -> pd.DataFrame:
+    """Where the vehicles are at each of ``times`` (s after the start, ascending).
+
+    Columns: time_s and, in vehicles, departed (waiting, running, completed and aborted together),
+    waiting (to enter the network), running (on links), completed and aborted (so far).
+    """
+    vehicles = trips["vehicles"].to_numpy(float)
+    aborted = (trips["status"] == "aborted").to_numpy()
+    ends = trip_ends(events, trips)
+
+    def until(moments: Floats, chosen: np.ndarray) -> Floats:
+        chosen = chosen & ~np.isnan(moments)
+        order = np.argsort(moments[chosen], kind="stable")
+        total = np.concatenate(([0.0], np.cumsum(vehicles[chosen][order])))
+        passed = np.searchsorted(moments[chosen][order], times, side="right")
+        counts: Floats = total[passed]
+        return counts
+
+    everyone = np.ones(len(trips), bool)
+    entered = trips["enter_s"].to_numpy(float)
+    never_entered = np.isnan(entered)
+    departed = until(trips["depart_s"].to_numpy(float), everyone)
+    completed, given_up = until(ends, ~aborted), until(ends, aborted)
+    on_links_or_after = until(entered, everyone)
+    return pd.DataFrame(
+        {
+            "time_s": times,
+            "departed": departed,
+            "waiting": departed - on_links_or_after - until(ends, aborted & never_entered),
+            "running": on_links_or_after - completed - until(ends, aborted & ~never_entered),
+            "completed": completed,
+            "aborted": given_up,
+        }
+    )
+
+
+def trip_ends(events: pd.DataFrame, trips: pd.DataFrame) -> Floats:
+    """When each trip ended, s: at its arrival, or where it was aborted; NaN while it goes on.
+
+    An aborted trip ends when it leaves its last link, or at its departure if it never entered one.
+    """
+    left = events.groupby("vehicle")["exit_s"].max()
+    last_exit = left.reindex(np.arange(len(trips))).to_numpy(float)
+    departed = trips["depart_s"].to_numpy(float)
+    gave_up_at = np.where(np.isnan(last_exit), departed, last_exit)
+    aborted = (trips["status"] == "aborted").to_numpy()
+    ends: Floats = np.where(aborted, gave_up_at, trips["arrive_s"].to_numpy(float))
+    return ends
