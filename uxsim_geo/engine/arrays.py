@@ -1,0 +1,195 @@
+"""From tables to the records of the engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from uxsim_geo.demand.platoons import Floats, Ints, Platoons
+from uxsim_geo.draws import text_keys
+from uxsim_geo.engine import records
+from uxsim_geo.engine.records import World
+from uxsim_geo.network.network import Network
+from uxsim_geo.settings import Settings
+
+_FIRST_RING = 8  # places of a ring at the start; it doubles when it must
+_EVENT_BUFFER = 1 << 18  # rows
+Records = npt.NDArray[Any]
+
+
+def build_world(
+    network: Network, platoons: Platoons, settings: Settings, *, sleep: bool
+) -> tuple[World, Ints]:
+    """Build all records of a run; also gives the row in the links table of every link."""
+    node_ids = pd.Index(network.nodes["node_id"].astype(str))
+    table = network.links
+    starts = node_ids.get_indexer(table["from_node_id"].astype(str))
+    row_of_link = np.argsort(starts, kind="stable").astype(np.int64)
+    links = table.iloc[row_of_link]
+    ends = node_ids.get_indexer(links["to_node_id"].astype(str)).astype(np.int64)
+    node_of_code = node_ids.get_indexer(pd.Index(platoons.node_ids)).astype(np.int64)
+    origins, queue_of_platoon = np.unique(node_of_code[platoons.origin], return_inverse=True)
+    destinations, destination = np.unique(node_of_code[platoons.destination], return_inverse=True)
+
+    road = _roads(links, starts[row_of_link], settings)
+    queue = _queues(links, road, ends, origins, settings)
+    platoon = _fill_origins(queue, len(links), platoons, queue_of_platoon, destination)
+    by_destination = np.argsort(destination, kind="stable").astype(np.int32)
+    trips = _trips(platoons, node_of_code)
+    largest_link = int(np.max(queue["storage"][: len(links)], initial=0.0)) + 1
+    steps = int(np.ceil(settings.duration / settings.step - 1e-9))
+    pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
+    world = World(
+        clock=_clock(settings, len(links), sleep=sleep),
+        queue=queue,
+        road=road,
+        node=_nodes(network.nodes, starts[row_of_link], queue["end_node"]),
+        into=np.argsort(queue["end_node"], kind="stable").astype(np.int32),
+        platoon=platoon,
+        trip=trips,
+        event=np.empty(max(_EVENT_BUFFER, largest_link), records.EVENT),
+        bucket=np.full(steps, -1, np.int32),
+        pending=pending,
+        pending_words=pending.view(np.uint64),
+        trips_by_destination=by_destination,
+        first_trip=np.searchsorted(destination[by_destination], np.arange(destinations.size + 1)),
+        destination_node=destinations.astype(np.int32),
+        outstanding=np.bincount(destination, platoons.vehicles).astype(np.int64),
+        weight=np.zeros((destinations.size, len(links)), np.float32),
+        cost=np.zeros(len(links), np.int32),
+        distance=np.empty(len(node_ids), np.int32),
+        toward=np.empty(len(node_ids), np.int32),
+        free_time=np.empty(len(node_ids), np.float64),
+        settled=np.empty(len(node_ids), np.int32),
+        heap=np.empty(len(links) + 1, np.int64),
+    )
+    world.clock["platoons_used"] = len(links) * _FIRST_RING + platoons.depart.size
+    _list_origins(world, len(links))
+    return world, row_of_link
+
+
+def diagram_capacity(links: pd.DataFrame, settings: Settings) -> Floats:
+    """Q = m u κ / (1 + u τ κ) of every link, veh/s: the top of the triangular diagram."""
+    speed, lanes, density = (
+        links[name].to_numpy(np.float64) for name in ("free_speed", "lanes", "jam_density")
+    )
+    capacity: Floats = lanes * speed * density / (1 + speed * settings.reaction_time * density)
+    return capacity
+
+
+def _roads(links: pd.DataFrame, starts: Ints, settings: Settings) -> Records:
+    road = np.zeros(len(links), records.ROAD)
+    lanes = links["lanes"].to_numpy(np.float64)
+    road["length"] = links["length"]
+    road["free_speed"] = links["free_speed"]
+    road["spacing"] = 1.0 / (lanes * links["jam_density"].to_numpy(np.float64))
+    road["lag"] = settings.reaction_time / lanes
+    road["from_node"] = starts
+    return road
+
+
+def _queues(
+    links: pd.DataFrame, road: Records, ends: Ints, origins: Ints, settings: Settings
+) -> Records:
+    """Make the queues of links and origins, empty."""
+    count = len(links)
+    queue = np.zeros(count + origins.size, records.QUEUE)
+    given = links["capacity"].to_numpy(np.float64)
+    capacity = np.fmin(given, diagram_capacity(links, settings))
+    link = queue[:count]
+    link["free_time"] = road["length"] / road["free_speed"]
+    link["hole_time"] = (
+        road["length"] * settings.reaction_time * links["jam_density"].to_numpy(np.float64)
+    )
+    link["entry_headway"] = link["exit_headway"] = 1.0 / capacity
+    link["storage"] = np.maximum(settings.platoon_size, road["length"] / road["spacing"])
+    link["merge_priority"] = links["merge_priority"]
+    link["key"] = text_keys(links["link_id"].astype(str))
+    link["end_node"] = ends
+    link["base"] = np.arange(count) * _FIRST_RING
+    link["mask"] = _FIRST_RING - 1
+    queue["end_node"][count:] = origins
+    queue["merge_priority"][count:] = 1.0
+    queue["hole"] = -1
+    queue["ready"] = queue["feasible"] = queue["due"] = np.inf
+    queue["choice"] = records.NOTHING
+    queue["chosen_step"] = queue["listed_step"] = queue["next"] = -1
+    return queue
+
+
+def _fill_origins(
+    queue: Records, links: int, platoons: Platoons, queue_of_platoon: Ints, destination: Ints
+) -> Records:
+    """Put every platoon into the queue of its origin; gives the pool of rings.
+
+    The rings of the origins come last and are never written to: they need not be a power of two
+    long, since their mask leaves every number as it is.
+    """
+    order = np.argsort(queue_of_platoon, kind="stable")
+    room = links * _FIRST_RING
+    spare = max(room, order.size)  # for the rings that grow
+    pool = np.zeros(room + order.size + spare, records.PLATOON)
+    home = pool[room : room + order.size]
+    home["key"] = platoons.key[order]
+    home["enter"] = platoons.depart[order]
+    home["exit"] = np.nan
+    home["trip"] = order
+    home["destination"] = destination[order]
+    home["vehicles"] = platoons.vehicles[order]
+    origin = queue[links:]
+    counts = np.bincount(queue_of_platoon, minlength=origin.size)
+    first = np.cumsum(counts) - counts
+    origin["base"] = room + first
+    origin["mask"] = np.iinfo(np.int64).max
+    origin["entered"] = counts
+    origin["ready"] = origin["due"] = home["enter"][first]
+    return pool
+
+
+def _trips(platoons: Platoons, node_of_code: Ints) -> Records:
+    trip = np.zeros(platoons.depart.size, records.TRIP)
+    trip["depart"] = platoons.depart
+    trip["enter"] = trip["arrive"] = np.nan
+    trip["from_node"] = node_of_code[platoons.origin]
+    trip["status"] = records.WAITING
+    return trip
+
+
+def _nodes(table: pd.DataFrame, starts: Ints, end_nodes: Ints) -> Records:
+    node = np.zeros(len(table) + 1, records.NODE)
+    numbers = np.arange(len(table) + 1)
+    node["first_out"] = np.searchsorted(starts, numbers)
+    node["first_in"] = np.searchsorted(np.sort(end_nodes, kind="stable"), numbers)
+    node["through"] = 1
+    if "through_traffic" in table:
+        node["through"][:-1] = table["through_traffic"].to_numpy(bool)
+    return node
+
+
+def _clock(settings: Settings, links: int, *, sleep: bool) -> Records:
+    clock = np.zeros(1, records.CLOCK)
+    clock["seed"] = settings.seed
+    clock["step_length"] = settings.step
+    clock["end"] = settings.duration
+    clock["opened_step"] = -1
+    clock["links"] = links
+    clock["sleep"] = sleep
+    clock["update_interval"] = settings.route_update_interval
+    clock["update_weight"] = settings.route_update_weight
+    clock["noise"] = settings.route_noise
+    clock["mean_speed"] = np.nan
+    return clock
+
+
+def _list_origins(world: World, links: int) -> None:
+    """List every origin in the calendar under the departure of its first platoon."""
+    queue = world.queue
+    for q in range(links, queue.size):
+        step = int(queue["ready"][q] / world.clock["step_length"][0])
+        if step < world.bucket.size:
+            queue["listed_step"][q] = step
+            queue["next"][q] = world.bucket[step]
+            world.bucket[step] = q

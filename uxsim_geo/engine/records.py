@@ -1,0 +1,172 @@
+"""What the kernels work on: flat records, and the one way in which kernels are compiled.
+
+A *queue* is a link or an origin. Links come first, ordered by the node they start from, so that
+the out-links of a node are one short run; origins follow, one for every node where trips begin:
+a queue of no length and no limits whose demand is already in it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+# Counting references on every array of the world in every small call costs 13 to 50 times the
+# work itself. Kernels allocate nothing and keep nothing, so they go without (numba's `_nrt`).
+# Divisions follow IEEE 754, as numpy's do.
+kernel = njit(_nrt=False, forceinline=True, error_model="numpy")
+compiled = njit(_nrt=False, nogil=True, cache=True, error_model="numpy")
+
+#: a platoon in a queue: in a link, or waiting in its origin
+PLATOON = np.dtype(
+    [
+        ("key", np.uint64),  # its random identity
+        ("enter", np.float64),  # entered the link (origin: left home), s
+        ("exit", np.float64),  # left the link, s
+        ("trip", np.int32),  # row of its trip
+        ("destination", np.int32),  # position among the destinations
+        ("vehicles", np.int32),
+    ],
+    align=True,
+)
+
+#: a link or an origin, seen from its two ends
+QUEUE = np.dtype(
+    [
+        # what it is
+        ("free_time", np.float64),  # L / u, s
+        ("hole_time", np.float64),  # L τ κ, s: a hole travels back over the link
+        ("entry_headway", np.float64),  # 1 / Q_in, s per vehicle
+        ("exit_headway", np.float64),  # 1 / Q_out, s per vehicle
+        ("storage", np.float64),  # m κ L, at least a platoon, vehicles
+        ("merge_priority", np.float64),
+        ("key", np.uint64),  # its random identity
+        ("end_node", np.int64),
+        # its platoons, numbered by entry: where their ring lies, and how many have come and gone
+        ("base", np.int64),
+        ("mask", np.int64),
+        ("entered", np.int64),
+        ("left", np.int64),
+        ("vehicles_entered", np.float64),
+        ("vehicles_left", np.float64),
+        ("hole", np.int64),  # the exit whose hole let the last entry in; -1: none was needed
+        ("hole_vehicles", np.float64),  # vehicles up to and with that exit
+        # its ends
+        ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
+        ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
+        ("ready", np.float64),  # its first platoon may leave from here on; inf: it is empty
+        ("feasible", np.float64),  # its first platoon can make its move from here on
+        ("due", np.float64),  # its first platoon certainly leaves no earlier
+        # what its first platoon wants
+        ("choice", np.int64),  # an out-link, ARRIVE or DEAD_END
+        ("chosen_step", np.int64),  # when it was last drawn
+        ("since_step", np.int64),  # first step of the unbroken run of that draw; -1: always
+        ("lost", np.int64),  # openings lost to rivals
+        ("locked", np.int64),  # 1: it will never move again
+        # where it is in the calendar
+        ("listed_step", np.int64),  # -1: not listed
+        ("next", np.int64),  # listed for the same step
+    ],
+    align=True,
+)
+
+#: what only the inside of a link needs
+ROAD = np.dtype(
+    [
+        ("length", np.float64),  # m
+        ("free_speed", np.float64),  # m/s
+        ("spacing", np.float64),  # 1 / (m κ), m per vehicle
+        ("lag", np.float64),  # τ / m, s per vehicle
+        ("from_node", np.int64),
+    ],
+    align=True,
+)
+
+NODE = np.dtype(
+    [
+        ("first_out", np.int32),  # its out-links: first_out to the next node's first_out
+        ("first_in", np.int32),  # its in-links, then its origin: likewise in `World.into`
+        ("through", np.int32),  # 0: trips may only start or end here
+    ],
+    align=True,
+)
+
+TRIP = np.dtype(
+    [
+        ("depart", np.float64),
+        ("enter", np.float64),
+        ("arrive", np.float64),
+        ("free_time", np.float64),  # of the fastest route at free flow, s; inf: there is none
+        ("covered", np.float64),  # of the link it is on at the end, m
+        ("from_node", np.int32),
+        ("status", np.int32),
+    ],
+    align=True,
+)
+
+EVENT = np.dtype(
+    [("trip", np.int32), ("link", np.int32), ("enter", np.float64), ("exit", np.float64)],
+    align=True,
+)
+
+CLOCK = np.dtype(
+    [
+        ("seed", np.uint64),
+        ("step_length", np.float64),  # Δt = τ Δn, s
+        ("end", np.float64),  # of the simulation, s
+        ("step", np.int64),  # the step under way
+        ("opened_step", np.int64),  # the last step whose calendar has been read
+        ("links", np.int64),
+        ("platoons_used", np.int64),  # of the pool of rings
+        ("events", np.int64),  # rows in the buffer
+        ("pending", np.int64),  # nodes still to be visited in this step
+        ("vehicles_running", np.int64),
+        ("vehicles_completed", np.int64),
+        ("sleep", np.int64),  # 0: blocked platoons try again in every step
+        ("swept", np.int64),  # links whose remaining platoons have been written
+        ("vehicles_locked", np.int64),
+        # routes
+        ("update_step", np.int64),  # of the next update
+        ("updates", np.int64),
+        ("update_interval", np.float64),
+        ("update_weight", np.float64),
+        ("noise", np.float64),
+        ("mean_speed", np.float64),  # of the vehicles on the road at the last update, m/s
+    ],
+    align=True,
+)
+
+# choices that are no link
+NOTHING, ARRIVE, DEAD_END = -1, -2, -3
+
+# status of a trip
+WAITING, RUNNING, COMPLETED, ABORTED = 0, 1, 2, 3
+
+
+class World(NamedTuple):
+    """All that a run reads and writes."""
+
+    clock: np.ndarray  # (1,) CLOCK
+    queue: np.ndarray  # (links + origins,) QUEUE
+    road: np.ndarray  # (links,) ROAD
+    node: np.ndarray  # (nodes + 1,) NODE
+    into: np.ndarray  # (links + origins,) int32: queues ordered by the node they end at
+    platoon: np.ndarray  # (pool,) PLATOON: the rings of all queues
+    trip: np.ndarray  # (trips,) TRIP
+    event: np.ndarray  # (buffer,) EVENT
+    bucket: np.ndarray  # (steps,) int32: first queue listed for a step, -1: none
+    pending: np.ndarray  # (nodes, padded to 8) uint8: to be visited in this step
+    pending_words: np.ndarray  # the same bytes as uint64
+    trips_by_destination: np.ndarray  # (trips,) int32
+    first_trip: np.ndarray  # (destinations + 1,) int64: where each destination's trips begin there
+    # routes
+    destination_node: np.ndarray  # (destinations,) int32
+    outstanding: np.ndarray  # (destinations,) int64: vehicles under way or to come
+    weight: np.ndarray  # (destinations, links) float32: B
+    cost: np.ndarray  # (links,) int32: ms
+    distance: np.ndarray  # (nodes,) int32: ms to the destination at hand
+    toward: np.ndarray  # (nodes,) int32: next link on the way there, -1: none
+    free_time: np.ndarray  # (nodes,) float64: s at free flow to the destination at hand
+    settled: np.ndarray  # (nodes,) int32: nodes in the order of their distance
+    heap: np.ndarray  # (links + 1,) int64
