@@ -1,0 +1,142 @@
+"""Where nodes are: node files in TNTP form, or points in GeoJSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.text import read_lines
+from uxsim_geo.network.tntp_options import TntpOptions
+from uxsim_geo.network.tntp_rows import id_column, number_column, read_rows
+
+#: names of columns and properties that hold a node's id, and its coordinates
+ID_NAMES = ("node", "node_id", "nodeid", "id", "no")
+X_NAMES = ("x", "xcoord", "x_coord", "lon", "longitude")
+Y_NAMES = ("y", "ycoord", "y_coord", "lat", "latitude")
+
+#: longitude, latitude: what GeoJSON is in unless it says otherwise (RFC 7946)
+LON_LAT = "EPSG:4326"
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """table: node_id (text, unique), x, y (float64, in units of ``crs``); crs: None if unknown."""
+
+    table: pd.DataFrame
+    crs: str | None
+
+
+def read_coordinates(path: Path, options: TntpOptions, faults: Faults) -> Coordinates | None:
+    """Read a node file; None, and at least one fault, where nothing can be made of it."""
+    crs = options.crs
+    if path.suffix.lower() in (".geojson", ".json"):
+        read = _read_geojson(path, faults)
+        if read is None:
+            return None
+        table, own_crs = read
+        crs = crs or own_crs
+    else:
+        rows = read_rows(path, faults, names=("node", "x", "y"))
+        columns = [
+            next((name for name in names if rows is not None and name in rows.names), None)
+            for names in (ID_NAMES, X_NAMES, Y_NAMES)
+        ]
+        if rows is None:
+            return None
+        if None in columns:
+            faults.add(f"must have the columns node, x and y (here: {', '.join(rows.names)})")
+            return None
+        node, x, y = (str(name) for name in columns)
+        table = pd.DataFrame({"node_id": id_column(rows, node, faults)})
+        table = table.assign(x=number_column(rows, x, faults), y=number_column(rows, y, faults))
+    _add_table_faults(table, faults)
+    if crs is None:
+        faults.add(
+            "the reference system of the coordinates must be stated as crs, for instance "
+            "EPSG:4326 for longitude and latitude, or none: the file does not say it"
+        )
+        return None
+    if crs.strip().lower() == "none":
+        return Coordinates(table, None)
+    _add_crs_faults(table, crs, faults)
+    return Coordinates(table, crs)
+
+
+def _add_table_faults(table: pd.DataFrame, faults: Faults) -> None:
+    repeated = table["node_id"][table["node_id"].duplicated()]
+    for node_id in repeated.unique():
+        faults.add("the node stands there more than once", column="node", value=node_id)
+    lost = ~np.isfinite(table["x"] + table["y"])
+    for node_id in table["node_id"][lost]:
+        faults.add("the node has no finite coordinates", column="node", value=node_id)
+
+
+def _add_crs_faults(table: pd.DataFrame, crs: str, faults: Faults) -> None:
+    from pyproj import CRS
+    from pyproj.exceptions import CRSError
+
+    try:
+        geographic = CRS.from_user_input(crs).is_geographic
+    except CRSError:
+        faults.add(
+            "is not a reference system; write one as EPSG:4326, or none", column="crs", value=crs
+        )
+        return
+    if geographic and ((table["x"].abs() > 360) | (table["y"].abs() > 90)).any():
+        faults.add(
+            "the coordinates are not longitudes and latitudes, as this system wants them",
+            column="crs",
+            value=crs,
+        )
+
+
+def _read_geojson(path: Path, faults: Faults) -> tuple[pd.DataFrame, str] | None:
+    lines = read_lines(path, faults)
+    if lines is None:
+        return None
+    try:
+        content = json.loads("\n".join(lines))
+    except json.JSONDecodeError as error:
+        faults.add(f"is not GeoJSON: {error.msg}", line=error.lineno, column=error.colno)
+        return None
+    except RecursionError:
+        faults.add("is not GeoJSON: nested too deeply")
+        return None
+    features = content.get("features") if isinstance(content, dict) else None
+    if not isinstance(features, list) or not features:
+        faults.add("is not a GeoJSON FeatureCollection with features")
+        return None
+    found = [_point(feature, number, faults) for number, feature in enumerate(features, start=1)]
+    points = [point for point in found if point is not None]
+    table = pd.DataFrame(points, columns=["node_id", "x", "y"])
+    return table.astype({"node_id": "str", "x": "float64", "y": "float64"}), _crs_of(content)
+
+
+def _crs_of(content: dict[str, Any]) -> str:
+    """The system named in the member ``crs`` of old GeoJSON; CRS84 is longitude, latitude."""
+    member = content.get("crs")
+    properties = member.get("properties") if isinstance(member, dict) else None
+    name = properties.get("name") if isinstance(properties, dict) else None
+    return LON_LAT if name is None or str(name).endswith("CRS84") else str(name)
+
+
+def _point(feature: Any, number: int, faults: Faults) -> tuple[str, float, float] | None:
+    try:
+        properties = feature["properties"]
+        node_id = next(properties[name] for name in ID_NAMES if name in properties)
+        x, y = (float(value) for value in feature["geometry"]["coordinates"][:2])
+    except (KeyError, TypeError, ValueError, StopIteration):
+        faults.add(
+            "must be a Point with the node's number in the property id", column=f"feature {number}"
+        )
+        return None
+    if isinstance(node_id, float) and math.isfinite(node_id) and node_id.is_integer():
+        node_id = int(node_id)
+    return str(node_id).strip(), x, y

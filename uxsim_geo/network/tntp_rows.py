@@ -1,0 +1,207 @@
+"""The outer form of TNTP files: ``<TAG> value`` lines, a header with names, rows of fields.
+
+What varies from file to file and is met here: tags followed by any blanks, tabs or text; values
+set apart by tabs (with blank padding) or by blanks; a semicolon after a tab, glued to the last
+value or absent; leading tabs or none; comments (``~``) anywhere; a header with fewer names than
+the rows have values, or no header. Columns are found by name, never by place.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.text import read_lines
+
+TAG = re.compile(r"\s*<([^<>]*)>(.*)")
+END_OF_METADATA = "END OF METADATA"
+PLAIN_ID = re.compile(r"[1-9][0-9]*")
+PADDED_ID = re.compile(r"0*([1-9][0-9]*)")
+NUMBER_START = re.compile(r"[-+.]?\d")
+
+
+@dataclass(frozen=True)
+class TntpRows:
+    """A file taken apart, values still as text.
+
+    tags
+        upper-case name to (value, line)
+    names
+        of the columns, lower case, as many as each row has fields
+    rows, lines
+        fields of each row, and the line on which it stands
+    """
+
+    source: str
+    tags: dict[str, tuple[str, int]] = field(default_factory=dict)
+    names: list[str] = field(default_factory=list)
+    rows: list[list[str]] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+
+
+def read_rows(
+    path: Path, faults: Faults, *, metadata: bool = False, names: tuple[str, ...] = ()
+) -> TntpRows | None:
+    """Take a net, node or flow file apart; None, with a fault, where that cannot be done.
+
+    ``metadata``: the file must have tags. ``names``: what the columns are if there is no header.
+    In files without metadata every row is complete, so empty fields there only pad.
+    """
+    text = read_lines(path, faults)
+    if text is None:
+        return None
+    tags, begin = read_tags(text)
+    if metadata and not begin:
+        faults.add(f"has no line <{END_OF_METADATA}>: it is not a TNTP file, or it is cut")
+        return None
+    found = TntpRows(str(path), tags)
+    header = _collect(found, text, begin, keep_empty=metadata)
+    if not found.rows:
+        faults.add("has no row of data after its header")
+        return None
+    _add_cut_fault(found, text, faults)
+    return _name_columns(found, header or list(names), faults)
+
+
+def read_tags(text: list[str]) -> tuple[dict[str, tuple[str, int]], int]:
+    """The tags (first of each name), and the index of the line after the metadata; 0: no end."""
+    tags: dict[str, tuple[str, int]] = {}
+    for index, line in enumerate(text):
+        match = TAG.match(line)
+        if match is None:
+            continue
+        name = " ".join(match[1].split()).upper()
+        if name == END_OF_METADATA:
+            return tags, index + 1
+        tags.setdefault(name, (match[2].strip(), index + 1))
+    return tags, 0
+
+
+def tag_number(rows: TntpRows, name: str, faults: Faults) -> int | None:
+    """A whole number from the metadata, None if it is absent or -1 (not known)."""
+    value, line = rows.tags.get(name, ("", 0))
+    if value in ("", "-1"):
+        return None
+    if not re.fullmatch(r"\d{1,18}", value):
+        faults.add("must be a whole number", line=line, column=f"<{name}>", value=value)
+        return None
+    return int(value)
+
+
+def _collect(found: TntpRows, text: list[str], begin: int, *, keep_empty: bool) -> list[str]:
+    """Put the rows into ``found``; return the header's names, if it has one."""
+    header: list[str] = []
+    for index in range(begin, len(text)):
+        line = text[index].strip()
+        if not line:
+            continue
+        is_comment = line[0] == "~"
+        if is_comment and found.rows:
+            continue
+        if is_comment or (not header and not found.rows and not NUMBER_START.match(line)):
+            header = [_name(part) for part in _split(line.lstrip("~").strip())]
+            continue
+        fields = _split(line)
+        if fields:
+            found.rows.append(fields if keep_empty else [part for part in fields if part])
+            found.lines.append(index + 1)
+    return header
+
+
+def _add_cut_fault(found: TntpRows, text: list[str], faults: Faults) -> None:
+    """A last row without the semicolon that all the others have was cut inside a value."""
+    closed = [text[line - 1].rstrip().endswith(";") for line in found.lines]
+    if len(closed) > 1 and not closed[-1] and all(closed[:-1]):
+        line = found.lines[-1]
+        faults.add("the last row lacks its semicolon: the file is cut", line=line)
+
+
+def _split(line: str) -> list[str]:
+    line = line.rstrip(" \t;")
+    return [part.strip() for part in line.split("\t")] if "\t" in line else line.split()
+
+
+def _name(text: str) -> str:
+    return "_".join(text.lower().split())
+
+
+def _name_columns(found: TntpRows, header: list[str], faults: Faults) -> TntpRows:
+    """Give each field of the rows a name; rows of another width than most are faults.
+
+    Names left out at the end of a header (some files do) become ``column_10`` and so on.
+    """
+    width = max(len(header), Counter(map(len, found.rows)).most_common(1)[0][0])
+    names = header + [""] * (width - len(header))
+    names = [name or f"column_{place}" for place, name in enumerate(names, start=1)]
+    whole = TntpRows(found.source, found.tags, names)
+    for row, line in zip(found.rows, found.lines, strict=True):
+        if len(row) == width:
+            whole.rows.append(row)
+            whole.lines.append(line)
+            continue
+        faults.add(
+            f"the row has {len(row)} values where {width} were expected: "
+            "it is damaged, or the file is cut",
+            line=line,
+            value="  ".join(row),
+        )
+    return whole
+
+
+def id_column(rows: TntpRows, name: str, faults: Faults) -> pd.Series:
+    """Node ids, text, as whole numbers above 0 are written (``007`` is ``7``)."""
+    place = rows.names.index(name)
+    texts = [row[place] for row in rows.rows]
+    if all(map(PLAIN_ID.fullmatch, texts)):
+        return pd.Series(texts, dtype="str")
+    ids: list[str] = []
+    for text, line in zip(texts, rows.lines, strict=True):
+        whole = PADDED_ID.fullmatch(text)
+        if whole is None:
+            faults.add(
+                "must be a node's number, whole and above 0", line=line, column=name, value=text
+            )
+        ids.append(whole[1] if whole else text)
+    return pd.Series(ids, dtype="str")
+
+
+def number_column(rows: TntpRows, name: str, faults: Faults) -> np.ndarray:
+    """One float64 a row, NaN where the field is empty; other text is a fault."""
+    place = rows.names.index(name)
+    texts = [row[place] for row in rows.rows]
+    values = [number(text) if text else math.nan for text in texts]
+    for index, value in enumerate(values):
+        if value is None:
+            faults.add("must be a number", line=rows.lines[index], column=name, value=texts[index])
+    return np.array(values, dtype=np.float64)
+
+
+def number(text: str) -> float | None:
+    """The number that ``text`` is, None if it is none (``1_000`` is one to Python, not here)."""
+    try:
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None
+
+
+def text_column(rows: TntpRows, name: str) -> pd.Series:
+    """One text a row, null where the field is empty."""
+    place = rows.names.index(name)
+    return pd.Series([row[place] or None for row in rows.rows], dtype="str")
+
+
+def add_value_faults(
+    faults: Faults, rows: TntpRows, wrong: np.ndarray, name: str, what: str
+) -> None:
+    """Note every row where ``wrong`` holds, with the line, column and text found there."""
+    place = rows.names.index(name)
+    for index in np.flatnonzero(wrong):
+        line, value = rows.lines[index], rows.rows[index][place]
+        faults.add(what, line=line, column=name, value=value)
