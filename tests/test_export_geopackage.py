@@ -1,0 +1,208 @@
+"""The GeoPackage: what it holds, that it conforms, and that the same input gives the same bytes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+import subprocess
+from contextlib import closing
+from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+from xml.etree import ElementTree
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyogrio
+import pytest
+from newell_link import events_of, network_of, trips_of
+from shapely.geometry import LineString, Point
+
+from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.export.geopackage import RunDescription, write_geopackage
+from uxsim_geo.network.network import Network
+from uxsim_geo.settings import Settings
+
+LAYERS = {"nodes", "links", "link_times", "link_states", "import_notes", "run_info"}
+START = datetime(2024, 3, 1, 7, 0, tzinfo=UTC)
+NAMES = ['O\'Connell "Straße"; DROP TABLE links;--', "Größe < 5 & größer"]
+
+
+def two_way_road(crs: str | None, *, geometry: bool = True) -> Network:
+    plain = network_of(
+        [
+            {"link_id": "a'b", "name": NAMES[0], "capacity": 0.5},
+            {"link_id": 'ü"2', "name": NAMES[1], "from_node_id": "b", "to_node_id": "a"},
+        ]
+    )
+    notes = pd.DataFrame(
+        [["link", "a'b", "length", "warning", 'it\'s "short"', 3.5]],
+        columns=["element", "element_id", "topic", "severity", "note", "value"],
+    )
+    if not geometry:
+        return Network(plain.nodes, plain.links, notes=notes)
+    ends = [Point(8.0, 49.0), Point(8.01, 49.0)]
+    nodes = gpd.GeoDataFrame(plain.nodes, geometry=ends, crs=crs)
+    lines = [LineString(ends), LineString(ends[::-1])]
+    links = gpd.GeoDataFrame(plain.links, geometry=lines, crs=crs)
+    return Network(nodes, links, notes=notes)
+
+
+def write(path: Path, network: Network, start: datetime = START) -> pd.DataFrame:
+    """One platoon drives through in 90 s, the next stays; bins of a minute, the last of 30 s."""
+    events = events_of(network, [(0, 0, 5.0, 95.0), (1, 0, 15.0, np.nan)])
+    states = link_times(network, events, trips_of([{}, {}]), Settings(150.0), 60.0)
+    information = {"seed": 7, "title": 'Nüßler\'s "run"'}
+    write_geopackage(path, network, states, RunDescription(start, network.notes, information))
+    return states
+
+
+@pytest.fixture(params=["EPSG:4326", "EPSG:25832", None], ids=str)
+def package(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    path = tmp_path / "results.gpkg"
+    write(path, two_way_road(request.param))
+    return path
+
+
+def rows(path: Path, sql: str) -> list[tuple[object, ...]]:
+    with closing(sqlite3.connect(path)) as database:
+        return database.execute(sql).fetchall()
+
+
+def test_every_layer_is_there_and_registered(package: Path) -> None:
+    assert {name for name, _ in pyogrio.list_layers(package)} == LAYERS | {"layer_styles"}
+    kinds = dict(rows(package, "SELECT table_name, data_type FROM gpkg_contents"))
+    assert kinds["link_states"] == kinds["links"] == kinds["nodes"] == "features"
+    assert kinds["link_times"] == kinds["import_notes"] == kinds["run_info"] == "attributes"
+
+
+def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
+    links = gpd.read_file(package, layer="links")
+    first = links.iloc[0]
+    assert links["link_id"].tolist() == ["a'b", 'ü"2']
+    assert links["name"].tolist() == NAMES
+    assert first["free_speed_kmh"] == pytest.approx(72)
+    assert first["capacity_vph"] == pytest.approx(1800)
+    assert np.isnan(links["capacity_vph"][1])
+    assert first["jam_density_vpkm_per_lane"] == pytest.approx(200)
+    assert first["volume_veh"] == 10
+    assert first["delay_s"] == pytest.approx(90 - 50)
+    # to the end: the first loses 40 s; the second, due at 975 m at 63.75 s, loses the rest there
+    # but for the 25 m from 100 s on, when it feels the exit: (100 - 63.75) + (150 - 101.25)
+    assert first["delay_veh_s"] == pytest.approx(5 * 40 + 5 * (36.25 + 48.75))
+    states = gpd.read_file(package, layer="link_states")
+    assert states["flow_vph"][0] == pytest.approx(5 * (1000 + 900) / 1000 * 60)
+    assert states["density_vpkm"][0] == pytest.approx(5 * (55 + 45) / 60)
+    assert states["speed_kmh"][0] == pytest.approx(3.6 * 1900 / 100)
+    assert states["queue_veh"].tolist() == [5, 5, 5, 0, 0, 0]
+
+
+def test_states_join_their_own_link_and_clock(package: Path) -> None:
+    states = gpd.read_file(package, layer="link_states")
+    links = gpd.read_file(package, layer="links").set_index("link_id")
+    assert len(states) == 6
+    for _, state in states.iterrows():
+        assert state.geometry.equals(links.geometry[state["link_id"]])
+    assert states["begin"].dt.strftime("%H:%M:%S").tolist()[:3] == [
+        "07:00:00",
+        "07:01:00",
+        "07:02:00",
+    ]
+    assert (states["end"] - states["begin"]).dt.total_seconds().tolist()[:3] == [59, 59, 29]
+    assert str(states["begin"].dt.tz) == "UTC"
+
+
+def test_coordinates_keep_their_system_or_say_that_there_is_none(tmp_path: Path) -> None:
+    srs = "SELECT table_name, srs_id FROM gpkg_geometry_columns"
+    for crs, number in (("EPSG:25832", 25832), (None, -1)):
+        path = tmp_path / f"{number}.gpkg"
+        write(path, two_way_road(crs))
+        assert dict(rows(path, srs)) == dict.fromkeys(("nodes", "links", "link_states"), number)
+
+
+def test_a_network_without_geometry_gives_tables(tmp_path: Path) -> None:
+    path = tmp_path / "results.gpkg"
+    write(path, two_way_road(None, geometry=False))
+    kinds = dict(rows(path, "SELECT table_name, data_type FROM gpkg_contents"))
+    assert set(kinds) == LAYERS | {"layer_styles"}
+    assert set(kinds.values()) == {"attributes"}
+    assert len(pyogrio.read_dataframe(path, layer="link_states")) == 6
+
+
+def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) -> None:
+    styles = rows(
+        package,
+        "SELECT f_table_name, f_geometry_column, styleQML FROM layer_styles WHERE useAsDefault = 1",
+    )
+    assert {name for name, _, _ in styles} == LAYERS
+    for name, geometry, qml in styles:
+        columns = {row[1] for row in rows(package, f"PRAGMA table_info({name})")}
+        root = ElementTree.fromstring(str(qml))
+        assert {alias.get("field") for alias in root.iter("alias")} - columns <= {"geometry"}
+        assert geometry == ("geom" if "geom" in columns else "")
+        for option in root.iter("Option"):
+            if option.get("name") == "expression":
+                quoted = str(option.get("value")).split('"')[1]
+                assert quoted in columns
+        temporal = root.find("temporal")
+        if name == "link_states":
+            assert temporal is not None
+            assert {temporal.get("startField"), temporal.get("endField")} <= columns
+        else:
+            assert temporal is None
+
+
+def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
+    elsewhere = START.astimezone(timezone(timedelta(hours=9)))
+    for name, start in (("one.gpkg", START), ("two.gpkg", elsewhere)):
+        write(tmp_path / name, two_way_road("EPSG:4326"), start)
+    assert (tmp_path / "one.gpkg").read_bytes() == (tmp_path / "two.gpkg").read_bytes()
+
+
+def test_no_time_stamp_tells_when_the_file_was_written(package: Path) -> None:
+    stamps = rows(
+        package,
+        "SELECT last_change FROM gpkg_contents UNION SELECT update_time FROM layer_styles",
+    )
+    assert stamps == [("2024-03-01T07:00:00.000Z",)]
+    assert pyogrio.get_gdal_config_option("OGR_CURRENT_DATE") is None
+
+
+def test_notes_and_run_information_are_text_as_given(package: Path) -> None:
+    notes = pyogrio.read_dataframe(package, layer="import_notes")
+    assert notes.iloc[0].tolist() == ["link", "a'b", "length", "warning", 'it\'s "short"', "3.5"]
+    information = pyogrio.read_dataframe(package, layer="run_info")
+    assert dict(information.itertuples(index=False)) == {"seed": "7", "title": 'Nüßler\'s "run"'}
+
+
+def test_a_clock_without_a_time_zone_is_refused() -> None:
+    with pytest.raises(ValueError, match="time zone"):
+        RunDescription(START.replace(tzinfo=None), pd.DataFrame(), {})
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "results.gpkg"
+    states = write(path, two_way_road(None))
+    before = path.read_bytes()
+    bad = two_way_road(None)
+    bad.links.loc[1, "link_id"] = "a'b"  # the view's join needs unique ids
+    with pytest.raises(sqlite3.IntegrityError):
+        write_geopackage(path, bad, states, RunDescription(START, bad.notes, {}))
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["results.gpkg"]
+
+
+@pytest.mark.skipif(shutil.which("ogrinfo") is None, reason="needs GDAL's command line tools")
+def test_gdal_lists_the_layers_and_its_validator_accepts_the_file(package: Path) -> None:
+    listed = subprocess.run(["ogrinfo", "-q", package], capture_output=True, text=True, check=True)
+    assert all(f": {name} (" in listed.stdout for name in LAYERS)
+    assert "Warning" not in listed.stderr
+    python = shutil.which("python3", path=os.defpath)  # the system's, which has GDAL's module
+    module = "osgeo_utils.samples.validate_gpkg"
+    if python is None or subprocess.run([python, "-c", f"import {module}"], check=False).returncode:
+        pytest.skip("needs GDAL's validate_gpkg")
+    verdict = subprocess.run(
+        [python, "-m", module, "-k", package], capture_output=True, text=True, check=False
+    )
+    assert verdict.returncode == 0, verdict.stdout + verdict.stderr

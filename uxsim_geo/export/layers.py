@@ -1,0 +1,110 @@
+"""The tables of the GeoPackage: people's units, with the unit in the name of every column."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import datetime, timedelta
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.analysis.link_states import link_totals
+from uxsim_geo.network.network import NODE_COLUMNS, NOTE_COLUMNS, Network
+
+KMH = 3.6  # km/h in 1 m/s
+PER_HOUR = 3600.0  # 1/h in 1/s
+PER_KM = 1000.0  # 1/km in 1/m
+
+
+def nodes_layer(network: Network) -> pd.DataFrame:
+    """The nodes table, with geometry if the network has one."""
+    return _with_geometry(network.nodes[list(NODE_COLUMNS)].copy(), network.nodes)
+
+
+def links_layer(network: Network, states: pd.DataFrame) -> pd.DataFrame:
+    """The links table with its attributes and the figures of the whole run.
+
+    ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. volume_veh are the
+    vehicles that entered; delay_s is the mean over those who left, delay_veh_s the sum over all;
+    queue_veh and queue_m are the largest at the end of a time bin.
+    """
+    links, totals = network.links.reset_index(drop=True), link_totals(network, states)
+    layer = links[["link_id", "from_node_id", "to_node_id", "name", "road_class"]].copy()
+    layer["length_m"] = links["length"]
+    layer["lanes"] = links["lanes"]
+    layer["free_speed_kmh"] = links["free_speed"] * KMH
+    layer["jam_density_vpkm_per_lane"] = links["jam_density"] * PER_KM
+    layer["capacity_vph"] = links["capacity"].astype(float) * PER_HOUR
+    for column in ("merge_priority", "lanes_source", "free_speed_source", "source_id"):
+        layer[column] = links[column]
+    layer["volume_veh"] = totals["volume"]
+    _add_speed_and_delay(layer, totals, links)
+    layer["queue_veh"] = totals["queue"]
+    layer["queue_m"] = totals["queue_length"]
+    return _with_geometry(layer, links)
+
+
+def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) -> pd.DataFrame:
+    """One row a link and time bin; begin and end on the clock that shows ``start`` at 0 s.
+
+    end lies one second before the next begin, so that a temporal map shows one bin at a time.
+    """
+    bins = len(states) // len(network.links)
+    links = network.links.loc[network.links.index.repeat(bins)].reset_index(drop=True)
+    layer = pd.DataFrame({"link_id": links["link_id"].astype(str)})
+    layer["begin"] = _clock(states["begin_s"], start)
+    layer["end"] = _clock(states["end_s"], start - timedelta(seconds=1))
+    layer["flow_vph"] = states["flow"] * PER_HOUR
+    layer["density_vpkm"] = states["density"] * PER_KM
+    layer["entries_veh"] = states["entries"]
+    layer["exits_veh"] = states["exits"]
+    _add_speed_and_delay(layer, states, links)
+    layer["queue_veh"] = states["queue"]
+    layer["queue_m"] = states["queue_length"]
+    return layer
+
+
+def notes_layer(notes: pd.DataFrame) -> pd.DataFrame:
+    """What the import assumed or repaired, all as text."""
+    return notes.reindex(columns=list(NOTE_COLUMNS)).astype("string").reset_index(drop=True)
+
+
+def run_info_layer(information: Mapping[str, object]) -> pd.DataFrame:
+    """Names and values, in the given order, all as text."""
+    return pd.DataFrame(
+        {
+            "item": pd.Series(list(information), dtype="string"),
+            "value": pd.Series([str(value) for value in information.values()], dtype="string"),
+        }
+    )
+
+
+def _add_speed_and_delay(layer: pd.DataFrame, figures: pd.DataFrame, links: pd.DataFrame) -> None:
+    """Columns that bins and the whole run share; null where nobody was there to measure."""
+    free_time = links["length"] / links["free_speed"]
+    late = figures["experienced_travel_time"] - free_time
+    layer["speed_kmh"] = figures["speed"] * KMH
+    layer["speed_ratio"] = figures["speed"] / links["free_speed"]
+    layer["experienced_travel_time_s"] = figures["experienced_travel_time"]
+    layer["delay_s"] = np.maximum(late, 0.0)  # rounding may leave -1e-14
+    layer["delay_veh_s"] = figures["delay"]
+
+
+def _clock(seconds: pd.Series, start: datetime) -> pd.Series:
+    """UTC date-times, whole milliseconds, of seconds after ``start``."""
+    begin = pd.Timestamp(start).tz_convert("UTC")
+    milliseconds = pd.to_timedelta((seconds * 1000).round(), unit="ms")
+    return (begin + milliseconds).astype("datetime64[ms, UTC]")
+
+
+def _with_geometry(layer: pd.DataFrame, table: pd.DataFrame) -> pd.DataFrame:
+    """The layer as a GeoDataFrame if the table has geometry."""
+    if "geometry" not in table.columns:
+        return layer
+    import geopandas as gpd
+
+    geometry = table["geometry"].to_numpy()
+    spatial: pd.DataFrame = gpd.GeoDataFrame(
+        layer, geometry=geometry, crs=getattr(table, "crs", None)
+    )
+    return spatial
