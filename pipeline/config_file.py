@@ -1,0 +1,129 @@
+"""Configurations read from YAML files, with every fault at its line, and written out resolved."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import typing
+from collections.abc import Iterator, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from pipeline.config import Config, Section
+from pipeline.yaml_source import Place, YamlSource, read_yaml, set_value
+from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.files import replace_when_complete
+
+
+def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
+    """Read a configuration, with ``key.sub=value`` edits in place of what the file says.
+
+    Raises :class:`uxsim_geo.errors.InputError` with all faults: line, key, value, what to do.
+    """
+    document = read_yaml(path)
+    for edit in edits:
+        set_value(document, edit)
+    try:
+        return Config.model_validate(document.values, context=path.resolve().parent)
+    except ValidationError as error:
+        found = [_fault(details, document) for details in error.errors()]
+        raise InputError(sorted(found, key=_by_line)) from None
+
+
+def write_config(config: Config, path: Path) -> None:
+    """Write every key with its value; files are named relative to ``path``, so that it runs."""
+    values = plain_values(config, path.resolve().parent)
+    text = yaml.safe_dump(values, sort_keys=False, allow_unicode=True, width=100)
+    with replace_when_complete(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def plain_values(section: Section, folder: Path) -> dict[str, Any]:
+    """Return what YAML and JSON can hold; files are named relative to ``folder``."""
+    return {name: _plain(value, folder) for name, value in section.model_dump().items()}
+
+
+def relative_name(path: Path, folder: Path) -> str:
+    """Return the path from ``folder`` to a file; the absolute one if no path leads there."""
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # another drive
+        return path.as_posix()
+
+
+def iterate_keys(
+    model: type[BaseModel] = Config, above: str = ""
+) -> Iterator[tuple[str, FieldInfo]]:
+    """Yield every key by its dotted name, sections before what they hold; lists add no name."""
+    for name, key in model.model_fields.items():
+        dotted = f"{above}{name}"
+        yield dotted, key
+        for section in _sections_in(key.annotation):
+            yield from iterate_keys(section, f"{dotted}.")
+
+
+def _sections_in(annotation: object) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in typing.get_args(annotation):
+        yield from _sections_in(argument)
+
+
+def _plain(value: object, folder: Path) -> object:
+    if isinstance(value, dict):
+        return {key: _plain(item, folder) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item, folder) for item in value]
+    if isinstance(value, Path):
+        return relative_name(value, folder)
+    return value.isoformat() if isinstance(value, datetime) else value
+
+
+def _fault(details: ErrorDetails, document: YamlSource) -> Fault:
+    source, line = document.origin(_place_written(details["loc"], document))
+    dotted = ".".join(part for part in details["loc"] if isinstance(part, str))
+    value = details["input"]
+    if details["type"] == "extra_forbidden":
+        return Fault(f"unknown key {dotted}; {_nearest(dotted)}", source, line)
+    help_text = dict(iterate_keys())[dotted].description
+    if details["type"] == "missing":
+        return Fault(f"{dotted} is missing: {help_text}", source, line)
+    what = details["msg"].removeprefix("Value error, ").replace("Input should", "must")
+    shown = None if isinstance(value, dict | list) else value
+    return Fault(f"{dotted} {what} ({help_text})", source, line, None, shown)
+
+
+def _place_written(place: Place, document: YamlSource) -> Place:
+    """Leave out positions in lists where the document gives a single entry plainly."""
+    written: Place = ()
+    container: object = document.values
+    for part in place:
+        if isinstance(part, int) and not isinstance(container, list):
+            continue
+        written = (*written, part)
+        if isinstance(container, dict):
+            container = container.get(part)
+        elif isinstance(container, list) and isinstance(part, int):
+            container = container[part]
+    return written
+
+
+def _nearest(dotted: str) -> str:
+    section, _, name = dotted.rpartition(".")
+    known = [key for key, _ in iterate_keys()]
+    here = [key for key in known if key.rpartition(".")[0] == section]
+    elsewhere = [key for key in known if key.rpartition(".")[2] == name]
+    near = difflib.get_close_matches(dotted, here, n=1, cutoff=0.6) or elsewhere
+    if near:
+        return f"did you mean {near[0]}?"
+    return f"known here: {', '.join(key.rpartition('.')[2] for key in here)}"
+
+
+def _by_line(fault: Fault) -> int:
+    return fault.line or 0

@@ -1,0 +1,107 @@
+"""What a user sees while a run goes on: a bar on a terminal, plain lines in a pipe, or nothing."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol, TextIO
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+    from rich.progress import TaskID
+
+    from uxsim_geo.result import Progress
+
+
+class Watch(Protocol):
+    """One who is told how things go."""
+
+    def say(self, text: str) -> None:
+        """Take a line about what has been done."""
+
+    def simulated(self, progress: Progress) -> None:
+        """Take the state of a simulation under way."""
+
+
+class Silence:
+    """For ``--quiet``: nothing is shown."""
+
+    def say(self, text: str) -> None:
+        """Pass over it."""
+
+    def simulated(self, progress: Progress) -> None:
+        """Pass over it."""
+
+
+class Lines:
+    """For pipes and files: one line for each tenth of the simulated time."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+        self.tenths_shown = 0
+
+    def say(self, text: str) -> None:
+        """Write the line."""
+        print(text, file=self.stream, flush=True)
+
+    def simulated(self, progress: Progress) -> None:
+        """Write a line if another tenth has passed."""
+        tenths = math.floor(10 * progress.time / progress.duration)
+        if tenths > self.tenths_shown:
+            self.tenths_shown = tenths
+            self.say(f"  {progress.time:,.0f} of {progress.duration:,.0f} s, {describe(progress)}")
+
+
+class Terminal:
+    """A bar with simulated time, vehicles on the road and speed, redrawn in place."""
+
+    def __init__(self, bar: Bar, task: TaskID) -> None:
+        self.bar = bar
+        self.task = task
+
+    def say(self, text: str) -> None:
+        """Print the line above the bar."""
+        self.bar.print(text, highlight=False)
+
+    def simulated(self, progress: Progress) -> None:
+        """Move the bar; it is shown from the first call to the end of the simulation."""
+        self.bar.update(
+            self.task,
+            total=progress.duration,
+            completed=progress.time,
+            words=describe(progress),
+            visible=progress.time < progress.duration,
+        )
+
+
+@contextmanager
+def watching(*, quiet: bool) -> Iterator[Watch]:
+    """Yield the watch that fits: silence, a bar on a terminal, otherwise lines, on stderr."""
+    if quiet:
+        yield Silence()
+    elif not sys.stderr.isatty():
+        yield Lines(sys.stderr)
+    else:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn
+
+        columns = (
+            TextColumn("simulated {task.completed:,.0f} of {task.total:,.0f} s"),
+            BarColumn(),
+            TextColumn("{task.fields[words]}"),
+        )
+        with Progress(*columns, console=Console(stderr=True)) as bar:
+            task = bar.add_task("", total=1.0, visible=False, words="")
+            yield Terminal(bar, task)
+
+
+def describe(progress: Progress) -> str:
+    """Say how many vehicles are on the road, how fast, and how many have arrived."""
+    speed = progress.mean_speed
+    at_speed = "" if math.isnan(speed) else f" at {3.6 * speed:.0f} km/h"
+    return (
+        f"{progress.vehicles_running:,} vehicles on the road{at_speed}, "
+        f"{progress.vehicles_completed:,} arrived"
+    )

@@ -1,0 +1,140 @@
+"""Run folders: what a run consists of, how it came about, whether its files are still those."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.files import replace_when_complete
+
+MANIFEST = "manifest.json"
+CONFIG = "config.yaml"
+LOG = "run.log"
+
+#: grows whenever a manifest's entries change their meaning
+MANIFEST_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class FileRecord:
+    """A file as it was read or written: where, SHA-256 of the content (hexadecimal), bytes."""
+
+    path: str
+    sha256: str
+    size: int
+
+
+@dataclass(frozen=True)
+class StageRecord:
+    """What one stage read, was told and wrote.
+
+    settings
+        all that the result depends on beside the inputs
+    inputs, outputs
+        by a name; outputs with their path inside the run folder, which is also their name
+    figures
+        numbers for later stages that stand in no table
+    problems
+        why part of the outputs is missing; empty where the stage is complete
+    started, wall_s
+        when it ran (UTC), and for how many seconds
+    """
+
+    settings: dict[str, Any]
+    inputs: dict[str, FileRecord]
+    outputs: dict[str, FileRecord]
+    figures: dict[str, Any]
+    problems: list[str]
+    started: str
+    wall_s: float
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """The history of a run: stages that are in it are finished.
+
+    run
+        command, resolved configuration, seed and versions of the last call that changed the folder
+    """
+
+    run: dict[str, Any] = field(default_factory=dict)
+    stages: dict[str, StageRecord] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """``runs/<name>/``, whether or not it exists yet."""
+
+    path: Path
+
+    def __truediv__(self, name: str) -> Path:
+        return self.path / name
+
+    def create(self) -> None:
+        """Make the folder, which must not be a file."""
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except (FileExistsError, NotADirectoryError):
+            what = "a file is in the way of the run's folder; move it or choose another --out"
+            raise InputError([Fault(what, str(self.path))]) from None
+
+    def read_manifest(self) -> Manifest:
+        """Return the manifest; an empty one where there is none that can be believed."""
+        try:
+            data = json.loads((self / MANIFEST).read_text(encoding="utf-8"))
+            if data.pop("format") != MANIFEST_FORMAT:
+                return Manifest()
+            stages = {name: _stage_record(entry) for name, entry in data["stages"].items()}
+            return Manifest(data["run"], stages)
+        except FileNotFoundError:
+            return Manifest()
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return Manifest()  # damaged: nothing in it counts, every stage is run again
+
+    def write_manifest(self, manifest: Manifest) -> None:
+        """Replace the manifest in one move."""
+        data = {"format": MANIFEST_FORMAT, **asdict(manifest)}
+        with replace_when_complete(self / MANIFEST) as path:
+            path.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+    def log(self, text: str) -> None:
+        """Add lines to the run's log, with the time."""
+        self.create()
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        with (self / LOG).open("a", encoding="utf-8") as log:
+            log.writelines(f"{now} {line}\n" for line in text.splitlines())
+
+    def output_records(self, names: Iterable[str]) -> dict[str, FileRecord]:
+        """Record files of this folder by their names in it."""
+        return {name: record_file(self / name, name) for name in names}
+
+
+def record_file(path: Path, name: str | None = None) -> FileRecord:
+    """Read a file for its SHA-256 and size; ``name`` stands for its path in the record."""
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return FileRecord(name or str(path), digest, path.stat().st_size)
+
+
+def is_unchanged(record: FileRecord, path: Path) -> bool:
+    """Tell whether the file is there with the size and content recorded."""
+    try:
+        if path.stat().st_size != record.size:
+            return False
+        return record_file(path).sha256 == record.sha256
+    except OSError:
+        return False
+
+
+def _stage_record(entry: dict[str, Any]) -> StageRecord:
+    files = {
+        side: {name: FileRecord(**record) for name, record in entry[side].items()}
+        for side in ("inputs", "outputs")
+    }
+    return StageRecord(**{**entry, **files})

@@ -1,0 +1,211 @@
+"""Stages: run in their order, each only if something it depends on has changed."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import uxsim_geo.version
+from pipeline.config import Config
+from pipeline.config_file import plain_values, relative_name, write_config
+from pipeline.progress import Watch
+from pipeline.runs import (
+    CONFIG,
+    Manifest,
+    RunFolder,
+    StageRecord,
+    is_unchanged,
+    record_file,
+)
+
+#: distributions whose version can change a result
+DISTRIBUTIONS = (
+    "geopandas",
+    "matplotlib",
+    "numba",
+    "numpy",
+    "pandas",
+    "pyarrow",
+    "pyogrio",
+    "pyproj",
+    "pyvista",
+    "scipy",
+    "shapely",
+)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a stage is given.
+
+    figures
+        what the stages before left in the manifest, by stage
+    begin_writing
+        must be called when the inputs have proved good, before the first output is touched: from
+        then on the manifest no longer vouches for the outputs of an earlier run
+    """
+
+    config: Config
+    folder: RunFolder
+    figures: dict[str, dict[str, Any]]
+    watch: Watch
+    begin_writing: Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a stage has done: files written (names in the run folder), in a few words, and how.
+
+    ``figures`` go into the manifest for later stages; ``problems`` say which outputs are missing.
+    """
+
+    outputs: Sequence[str]
+    words: str
+    figures: dict[str, Any] = field(default_factory=dict)
+    problems: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A step of the pipeline: what it depends on, and the function that does it.
+
+    keys
+        of the configuration, at its top level
+    inputs
+        the files it reads, by a name for each
+    """
+
+    name: str
+    keys: Sequence[str]
+    inputs: Callable[[Config, RunFolder], dict[str, Path]]
+    run: Callable[[Task], Outcome]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One call of the pipeline on one run folder.
+
+    ``command`` is noted in the manifest; ``stages`` are all there are, in their order.
+    """
+
+    config: Config
+    folder: RunFolder
+    watch: Watch
+    command: Sequence[str]
+    stages: Sequence[Stage]
+
+    def execute(self, last: str, *, force: bool = False) -> list[str]:
+        """Run the stages up to ``last`` that are out of date; return what could not be written.
+
+        Raises :class:`uxsim_geo.errors.InputError` where the input is at fault; what was finished
+        before stays as it was.
+        """
+        problems: list[str] = []
+        names = [stage.name for stage in self.stages]
+        for stage in self.stages[: names.index(last) + 1]:
+            if not force and self.is_current(stage):
+                self.watch.say(f"{stage.name}: up to date")
+            else:
+                problems += self._execute(stage)
+        return problems
+
+    def is_current(self, stage: Stage) -> bool:
+        """Tell whether the stage would only repeat what is there."""
+        record = self.folder.read_manifest().stages.get(stage.name)
+        if record is None or record.problems or record.settings != self._settings(stage):
+            return False
+        inputs = stage.inputs(self.config, self.folder)
+        return (
+            inputs.keys() == record.inputs.keys()
+            and all(is_unchanged(record.inputs[name], path) for name, path in inputs.items())
+            and all(is_unchanged(file, self.folder / name) for name, file in record.outputs.items())
+        )
+
+    def _execute(self, stage: Stage) -> Sequence[str]:
+        started, clock = datetime.now(UTC), time.perf_counter()
+        before = self.folder.read_manifest()
+        figures = {name: record.figures for name, record in before.stages.items()}
+        inputs = {
+            name: record_file(path, relative_name(path, self.folder.path))
+            for name, path in stage.inputs(self.config, self.folder).items()
+        }
+        task = Task(self.config, self.folder, figures, self.watch, lambda: self._forget(stage))
+        outcome = stage.run(task)
+        record = StageRecord(
+            settings=self._settings(stage),
+            inputs=inputs,
+            outputs=self.folder.output_records(outcome.outputs),
+            figures=outcome.figures,
+            problems=list(outcome.problems),
+            started=started.isoformat(timespec="seconds"),
+            wall_s=round(time.perf_counter() - clock, 3),
+        )
+        self._finish(stage, record, before.stages.get(stage.name))
+        words = f"{stage.name}: {outcome.words} ({record.wall_s:.1f} s)"
+        self.folder.log("\n".join([words, *outcome.problems]))
+        self.watch.say(words)
+        return outcome.problems
+
+    def _settings(self, stage: Stage) -> dict[str, Any]:
+        values = plain_values(self.config, self.folder.path)
+        return {key: values[key] for key in stage.keys} | {"code": code_digest()}
+
+    def _forget(self, stage: Stage) -> None:
+        """Take the stage out of the manifest, so that a killed run is never believed."""
+        self.folder.create()
+        manifest = self.folder.read_manifest()
+        if manifest.stages.pop(stage.name, None) is not None:
+            self.folder.write_manifest(manifest)
+
+    def _finish(self, stage: Stage, record: StageRecord, before: StageRecord | None) -> None:
+        """Vouch for the stage's outputs; remove those of earlier runs that no longer belong."""
+        write_config(self.config, self.folder / CONFIG)
+        if before is not None:
+            self._remove(before.outputs.keys() - record.outputs.keys())
+        manifest = Manifest(self._describe(), self.folder.read_manifest().stages)
+        manifest.stages[stage.name] = record
+        self.folder.write_manifest(manifest)
+        for later in self.stages[self.stages.index(stage) + 1 :]:
+            if later.name in manifest.stages and not self.is_current(later):
+                self._remove(manifest.stages.pop(later.name).outputs)
+        self.folder.write_manifest(manifest)
+
+    def _remove(self, names: Iterable[str]) -> None:
+        for name in names:
+            (self.folder / name).unlink(missing_ok=True)
+
+    def _describe(self) -> dict[str, Any]:
+        config = self.folder / CONFIG
+        return {
+            "name": self.config.name,
+            "command": list(self.command),
+            "seed": self.config.simulate.seed,
+            "versions": versions(),
+            "config": plain_values(self.config, self.folder.path),
+            "config_file": asdict(record_file(config, CONFIG)),
+        }
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, of this package and of those that it computes with."""
+    found = {"python": platform.python_version(), "uxsim-geo": uxsim_geo.version.__version__}
+    return found | {name: metadata.version(name) for name in DISTRIBUTIONS}
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 over the program's own source: a result made by other code is out of date."""
+    digest = hashlib.sha256()
+    for package in (Path(__file__).parent, Path(uxsim_geo.version.__file__).parent):
+        for path in sorted(package.rglob("*.py")):
+            digest.update(path.relative_to(package.parent).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,200 @@
+"""YAML as plain values that remember the line each of them stands on."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.text import read_lines
+
+#: where a value stands in a document: keys of mappings and positions in lists, from the top
+Place = tuple[str | int, ...]
+
+
+@dataclass
+class YamlSource:
+    """A YAML document as plain dicts, lists, texts, numbers, booleans and None.
+
+    lines
+        line of the key (in a mapping) or of the item (in a list), by place
+    names
+        where a value came from, for those that do not come from the file (``--set``), by place
+    """
+
+    source: str
+    values: dict[str, object] = field(default_factory=dict)
+    lines: dict[Place, int] = field(default_factory=dict)
+    names: dict[Place, str] = field(default_factory=dict)
+
+    def origin(self, place: Place) -> tuple[str, int | None]:
+        """Return source and line of the value at ``place``, or of what it would stand in."""
+        for length in range(len(place), 0, -1):
+            if place[:length] in self.names:
+                return self.names[place[:length]], None
+            if place[:length] in self.lines:
+                return self.source, self.lines[place[:length]]
+        return self.source, None
+
+
+_TAG = "tag:yaml.org,2002:"
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML 1.2's idea of plain scalars: ``no`` is a text, ``1e3`` a number, 12:30 a text."""
+
+
+_Loader.yaml_implicit_resolvers = {}
+for _tag, _pattern, _first in (
+    ("null", r"~|null|Null|NULL|", [*"~nN", ""]),
+    ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
+    # 19 digits hold every seed; longer ones read as float, which no whole number may be
+    ("int", r"[-+]?[0-9]{1,19}", "-+0123456789"),
+    (
+        "float",
+        r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"
+        r"|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+        "-+.0123456789",
+    ),
+):
+    _Loader.add_implicit_resolver(f"{_TAG}{_tag}", re.compile(f"^(?:{_pattern})$"), list(_first))
+
+
+def read_yaml(path: Path) -> YamlSource:
+    """Read a mapping from a YAML file.
+
+    Raises :class:`uxsim_geo.errors.InputError` for a file that cannot be read, is not text, not
+    YAML, empty or no mapping, and for duplicate keys, aliases and tags.
+    """
+    document = YamlSource(str(path))
+    faults = Faults(document.source)
+    text = read_lines(path, faults)
+    faults.raise_if_any()
+    node = _compose("\n".join(text or []), faults)
+    faults.raise_if_any()
+    if isinstance(node, yaml.MappingNode):
+        document.values = _Reader(document, faults).mapping(node, ())
+    else:
+        what = "holds no key" if node is None else "must hold lines of the form 'key: value'"
+        faults.add(f"{what}; start with a copy of a file in configs/")
+    faults.raise_if_any()
+    return document
+
+
+def set_value(document: YamlSource, assignment: str) -> None:
+    """Put ``key.sub=value`` in the place of what the document says; lists take positions from 0.
+
+    Raises :class:`uxsim_geo.errors.InputError` where the assignment cannot be understood.
+    """
+    faults = Faults(f"--set {assignment}")
+    dotted, equals, text = assignment.partition("=")
+    keys = dotted.strip().split(".")
+    if not equals or not all(keys):
+        faults.add("must have the form key.sub=value, as in simulate.duration_s=3600")
+    node = _compose(text, faults)
+    faults.raise_if_any()
+    value = None if node is None else _Reader(YamlSource(faults.source), faults).value(node, ())
+    place = _assign(document.values, keys, value, faults)
+    faults.raise_if_any()
+    document.names[place] = faults.source
+
+
+def _assign(values: dict[str, object], keys: list[str], value: object, faults: Faults) -> Place:
+    """Write ``value`` under ``keys``, making the mappings on the way; return its place."""
+    container: Any = values
+    place: Place = ()
+    for key in keys:
+        index: str | int = key
+        if isinstance(container, list):
+            if not (key.isdecimal() and int(key) < len(container)):
+                faults.add(f"the list has {len(container)} entries, counted from 0", value=key)
+                return place
+            index = int(key)
+        elif not isinstance(container, dict):
+            faults.add(f"{'.'.join(map(str, place))} is a single value, without keys of its own")
+            return place
+        place = (*place, index)
+        if len(place) == len(keys):
+            container[index] = value
+        elif isinstance(container, dict) and container.get(key) is None:
+            container[index] = {}
+        container = container[index]
+    return place
+
+
+def _compose(text: str, faults: Faults) -> yaml.Node | None:
+    try:
+        return yaml.compose(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        what = f"is not YAML: {error.problem or error.context}"
+        line, column = (mark.line + 1, mark.column + 1) if mark else (None, None)
+        faults.add(what, line=line, column=column)
+    except yaml.YAMLError:
+        faults.add("is not YAML: it holds characters that no text has; is it a binary file?")
+    except RecursionError:
+        faults.add("is nested too deeply to be a configuration")
+    return None
+
+
+class _Reader:
+    """Turns YAML nodes into plain values, noting the line of each."""
+
+    def __init__(self, document: YamlSource, faults: Faults) -> None:
+        self.document = document
+        self.faults = faults
+        self.seen: set[int] = set()
+
+    def value(self, node: yaml.Node, place: Place) -> object:
+        if id(node) in self.seen:
+            self._add("aliases (*name) are not understood here; write the value out", node)
+            return None
+        self.seen.add(id(node))
+        if isinstance(node, yaml.MappingNode):
+            return self.mapping(node, place)
+        if isinstance(node, yaml.SequenceNode):
+            return [self._item(item, (*place, i)) for i, item in enumerate(node.value)]
+        return self._scalar(node)
+
+    def mapping(self, node: yaml.MappingNode, place: Place) -> dict[str, object]:
+        values: dict[str, object] = {}
+        for key_node, value_node in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                self._add("a key must be a single word", key_node)
+                continue
+            key = str(key_node.value)
+            if key in values:
+                first = self.document.lines[(*place, key)]
+                self._add(f"the key is given twice, first in line {first}; keep one", key_node)
+                continue
+            self.document.lines[(*place, key)] = key_node.start_mark.line + 1
+            values[key] = self.value(value_node, (*place, key))
+        return values
+
+    def _item(self, node: yaml.Node, place: Place) -> object:
+        self.document.lines[place] = node.start_mark.line + 1
+        return self.value(node, place)
+
+    def _scalar(self, node: yaml.Node) -> object:
+        text = str(node.value)
+        match node.tag.removeprefix(_TAG):
+            case "str":
+                return text
+            case "null":
+                return None
+            case "bool":
+                return text.lower() == "true"
+            case "int":
+                return int(text)
+            case "float":
+                return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
+        self._add("tags are not understood here; write a plain value", node)
+        return None
+
+    def _add(self, what: str, node: yaml.Node) -> None:
+        shown = node.value if isinstance(node, yaml.ScalarNode) else None
+        self.faults.add(what, line=node.start_mark.line + 1, value=shown)
