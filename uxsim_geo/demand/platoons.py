@@ -34,15 +34,15 @@ class Platoons:
     key: Keys
 
 
+@np.errstate(over="ignore")  # hashes overflow by design
 def make_platoons(demand: Demand, settings: Settings) -> Platoons:
     """Cut a demand into platoons of Δn vehicles.
 
     ``conserve``: every pair gets a whole number of vehicles such that the totals of all origins
-    and destinations hold within one, and its last platoon may be smaller. ``truncate``: every row
-    of the demand is cut to whole platoons, as UXsim does.
-
-    Platoon k of K departs at a random moment of the k-th of K equal shares of its pair's demand
-    over time, so departures follow the profile at any number of platoons.
+    and destinations hold within one, and its last platoon may be smaller. A platoon departs at a
+    random moment of its own share of the pair's demand over time, so departures follow the
+    profile at any number of platoons. ``truncate``: every row of the demand is cut to whole
+    platoons, and each departs when its last vehicle has accumulated, as in UXsim.
     """
     table = demand.table
     codes, node_ids = pd.factorize(
@@ -50,22 +50,25 @@ def make_platoons(demand: Demand, settings: Settings) -> Platoons:
     )
     origin, destination = np.split(codes.astype(np.int64), 2)
     pair, pair_of_row = np.unique(np.stack([origin, destination]), axis=1, return_inverse=True)
-    node_keys = combine(np.full(1, settings.seed, np.uint64), text_keys(node_ids))
+    node_keys = combine(np.uint64(settings.seed), text_keys(node_ids))
     pair_keys = combine(node_keys[pair[0]], node_keys[pair[1]])
     rows = Slices.of(table, pair_of_row.reshape(-1))
     if settings.demand_rounding == "conserve":
         totals = np.bincount(rows.group, rows.vehicles, minlength=pair.shape[1])
-        groups = round_keeping_totals(totals, pair[0], pair[1], pair_keys)
-        pair_of_group = np.arange(groups.size)
+        whole = round_keeping_totals(totals, pair[0], pair[1], pair_keys)
+        pair_of_group = np.arange(whole.size)
     else:
-        full = np.floor(rows.vehicles / settings.platoon_size + 1e-9).astype(np.int64)
-        groups, pair_of_group = full * settings.platoon_size, rows.group
-        rows = Slices(np.arange(groups.size), rows.start, rows.end, rows.vehicles)
-    group, within, vehicles = _cut(groups, settings.platoon_size)
+        totals, pair_of_group = rows.vehicles, rows.group
+        whole = settings.platoon_size * _full_platoons(totals, settings.platoon_size)
+        rows = Slices(np.arange(whole.size), rows.start, rows.end, rows.vehicles)
+    group, before, vehicles = _cut(whole, settings.platoon_size)
     pair_of_platoon = pair_of_group[group]
     number = _count_within(pair_of_platoon)
     key = combine(pair_keys[pair_of_platoon], number.astype(np.uint64))
-    share = (within + vehicles * unit(combine(key, DEPARTURE))) / groups[group]
+    if settings.demand_rounding == "conserve":
+        share = (before + vehicles * unit(combine(key, DEPARTURE))) / whole[group]
+    else:
+        share = (before + vehicles) / totals[group]
     depart = rows.moments(group, share)
     order = np.lexsort((number, pair_of_platoon, depart))
     pair_of_platoon = pair_of_platoon[order]
@@ -114,6 +117,11 @@ class Slices:
         part = np.clip((wanted - (done - self.vehicles)[row]) / self.vehicles[row], 0.0, 1.0)
         moments: Floats = self.start[row] + part * (self.end - self.start)[row]
         return moments
+
+
+def _full_platoons(vehicles: Floats, size: int) -> Ints:
+    """Count the whole platoons in a real number of vehicles; rounding must not lose one."""
+    return np.floor(vehicles / size + 1e-9).astype(np.int64)
 
 
 def _cut(vehicles: Ints, size: int) -> tuple[Ints, Ints, Ints]:
