@@ -17,7 +17,6 @@ from uxsim_geo.network.tntp_links import infinite_capacity
 from uxsim_geo.network.tntp_net import NetFile
 from uxsim_geo.network.tntp_options import TntpOptions
 
-
 NO_NODE = pd.Index([], dtype="str")
 
 
@@ -89,8 +88,8 @@ def _zones_with_connectors_only(
     ends = pd.concat([table["from_node_id"], table["to_node_id"]])
     if ends.nunique() == len(zones):  # every node is a zone: none is there only for trips
         return NO_NODE
-    with_road = set(ends[~np.concatenate([free, free])])
-    return pd.Index([zone for zone in zones if zone not in with_road], dtype="str")
+    with_road = ends[~np.concatenate([free, free])]
+    return zones[~zones.isin(with_road)]
 
 
 def _collapse(

@@ -1,0 +1,177 @@
+"""TNTP trips files to demand tables."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
+from uxsim_geo.demand.loading import zone_nodes, zone_trips_at_nodes
+from uxsim_geo.demand.profile import TripsOptions
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.network import Network
+from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.text import read_lines
+from uxsim_geo.network.tntp_rows import END_OF_METADATA, number, read_tags
+
+ORIGIN = re.compile(r"Origin\s+(\S+)", re.IGNORECASE)
+TOTAL = "TOTAL OD FLOW"
+
+
+@dataclass
+class Cells:
+    """The numbers of a trips file as they stand there: zones, trips, and the line of each."""
+
+    origins: list[str] = field(default_factory=list)
+    destinations: list[str] = field(default_factory=list)
+    trips: list[float] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+
+    def table(self) -> pd.DataFrame:
+        """origin_zone, destination_zone (text), trips (float64), line; one row a number."""
+        table = pd.DataFrame(
+            {
+                "origin_zone": pd.Series(self.origins, dtype="str"),
+                "destination_zone": pd.Series(self.destinations, dtype="str"),
+            }
+        )
+        trips = np.array(self.trips, dtype=np.float64)
+        return table.assign(trips=trips, line=np.array(self.lines, dtype=np.int64))
+
+
+def read_tntp_trips(trips: Path, options: TripsOptions, network: Network) -> Demand:
+    """Read a TNTP trips file into demand between nodes of ``network``.
+
+    Trips within a zone and zeros make no demand; the notes say how many trips were left out.
+    Zones whose trips may start or end at several nodes have them in even parts over those pairs
+    of nodes that a path connects. Raises :class:`InputError` with all that is wrong in the file.
+    """
+    faults = Faults(str(trips))
+    notes = Notes()
+    cells, declared = _read_cells(trips, faults)
+    _add_zone_faults(cells, network, faults)
+    _add_repeated_pair_faults(cells, faults)
+    faults.raise_if_any()
+    _note_total(float(cells["trips"].sum()), declared, notes)
+    kept = _between_zones(cells, options, notes)
+    at_nodes = zone_trips_at_nodes(kept, network, notes)
+    return Demand(_over_time(at_nodes, options), notes.table())
+
+
+def _read_cells(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None]:
+    """All numbers of the file, and the declared total as it is written."""
+    cells = Cells()
+    lines = read_lines(path, faults)
+    if lines is None:
+        return cells.table(), None
+    tags, begin = read_tags(lines)
+    if not begin:
+        faults.add(f"has no line <{END_OF_METADATA}>: it is not a TNTP file, or it is cut")
+        return cells.table(), None
+    origin: str | None = None
+    any_origin = False
+    for index in range(begin, len(lines)):
+        text = lines[index].strip()
+        if not text or text[0] == "~":
+            continue
+        found = ORIGIN.fullmatch(text)
+        if found:
+            origin = _zone(found[1], index + 1, faults)
+            any_origin = True
+        elif not any_origin:
+            faults.add("stands before the first Origin line", line=index + 1, value=text)
+        else:
+            _read_items(text, origin or "", index + 1, cells, faults)
+    if not any_origin:
+        faults.add("has no Origin line")
+    return cells.table(), tags[TOTAL][0] if TOTAL in tags else None
+
+
+def _read_items(text: str, origin: str, line: int, cells: Cells, faults: Faults) -> None:
+    """The items ``destination : trips;`` of one line."""
+    if not text.endswith(";"):
+        faults.add("the line lacks its closing semicolon: the file is cut", line=line, value=text)
+    for item in text.split(";"):
+        if not item or item.isspace():
+            continue
+        zone, colon, amount = item.partition(":")
+        value = number(amount)
+        if not colon or value is None:
+            faults.add("must be destination : trips;", line=line, value=item.strip())
+            continue
+        if not 0 <= value < math.inf:
+            faults.add("trips must be finite and not negative", line=line, value=item.strip())
+        cells.destinations.append(_zone(zone.strip(), line, faults))
+        cells.origins.append(origin)
+        cells.trips.append(value)
+        cells.lines.append(line)
+
+
+def _zone(text: str, line: int, faults: Faults) -> str:
+    if text.isdecimal() and text.isascii() and text.strip("0"):
+        return text.lstrip("0")
+    faults.add("must be a zone's number, whole and above 0", line=line, value=text)
+    return ""
+
+
+def _add_zone_faults(cells: pd.DataFrame, network: Network, faults: Faults) -> None:
+    """Zones with trips for which the network has no node, each once."""
+    for end, what in (("origin", "start"), ("destination", "end")):
+        zone_of = cells[f"{end}_zone"]
+        with_trips = (cells["trips"] > 0) & (zone_of != "")
+        unknown = cells[with_trips & ~zone_of.isin(zone_nodes(network, end)[f"{end}_zone"])]
+        unknown = unknown.drop_duplicates(f"{end}_zone")
+        for zone, line in zip(unknown[f"{end}_zone"], unknown["line"], strict=True):
+            text = f"unknown zone: the network has no node at which trips of this zone can {what}"
+            faults.add(text, line=line, value=zone)
+
+
+def _add_repeated_pair_faults(cells: pd.DataFrame, faults: Faults) -> None:
+    again = cells[cells.duplicated(["origin_zone", "destination_zone"])]
+    again = again[(again["origin_zone"] != "") & (again["destination_zone"] != "")]
+    for origin, destination, line in zip(
+        again["origin_zone"], again["destination_zone"], again["line"], strict=True
+    ):
+        what = "the trips of this pair stand on an earlier line too"
+        faults.add(what, line=line, value=f"{origin} to {destination}")
+
+
+def _note_total(found: float, declared: str | None, notes: Notes) -> None:
+    """Compare with the declared total, as precisely as that is written."""
+    notes.add("trips in file", "sum over all pairs", element="demand", value=repr(found))
+    total = None if declared is None else number(declared)
+    if total is None or declared is None:
+        return
+    mantissa, _, exponent = declared.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
+    if abs(found - total) > max(10.0**-decimals, 1e-9 * abs(total)):
+        note = f"the trips in the file do not sum to the total that it declares, {declared}"
+        notes.add("trips total", note, element="demand", severity="warning", value=repr(found))
+
+
+def _between_zones(cells: pd.DataFrame, options: TripsOptions, notes: Notes) -> pd.DataFrame:
+    """Pairs of different zones with trips, those times the factor."""
+    scaled = cells.assign(trips=cells["trips"] * options.factor)
+    within = scaled["origin_zone"] == scaled["destination_zone"]
+    lost = float(scaled.loc[within, "trips"].sum())
+    if lost > 0:
+        note = "trips that start and end in the same zone were left out"
+        notes.add("intrazonal trips", note, element="demand", severity="warning", value=repr(lost))
+    return scaled[~within & (scaled["trips"] > 0)].reset_index(drop=True)
+
+
+def _over_time(at_nodes: pd.DataFrame, options: TripsOptions) -> pd.DataFrame:
+    """The demand table: each row of ``at_nodes`` once for every slice of the period."""
+    parts = [
+        at_nodes.assign(
+            start_s=part.start_s, end_s=part.end_s, vehicles=at_nodes["trips"] * part.share
+        )
+        for part in options.slices()
+    ]
+    table = pd.concat(parts).sort_index(kind="stable").reset_index(drop=True)
+    return table[list(DEMAND_COLUMNS)]

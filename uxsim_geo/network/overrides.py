@@ -1,0 +1,187 @@
+"""A table of what is better known than in the source: it replaces attributes of links.
+
+The table is a CSV file or a GeoPackage with a column link_id; every other column is named as in
+the links table (SI units) or with another unit at the end of its name, as ``free_speed_kmh``,
+``length_km`` or ``capacity_vph``. An empty cell leaves what is there.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.network import Network
+from uxsim_geo.network.text import read_bytes, read_lines
+from uxsim_geo.network.tntp_rows import number
+from uxsim_geo.network.units import CAPACITIES, LENGTHS, SPEEDS
+
+NUMBERS = ("length", "lanes", "free_speed", "jam_density", "capacity", "merge_priority")
+TEXTS = ("road_class", "name", "source_id")
+
+#: columns that say where a number comes from; it is given once it is overridden
+SOURCES = {"lanes": "lanes_source", "free_speed": "free_speed_source"}
+
+#: name in the table to (column of the links, its factor to SI)
+NAMES: dict[str, tuple[str, float]] = {name: (name, 1.0) for name in NUMBERS} | {
+    "length_m": ("length", 1.0),
+    "length_km": ("length", LENGTHS["km"]),
+    "length_mi": ("length", LENGTHS["mi"]),
+    "length_ft": ("length", LENGTHS["ft"]),
+    "free_speed_m_s": ("free_speed", 1.0),
+    "free_speed_kmh": ("free_speed", SPEEDS["kmh"]),
+    "free_speed_mph": ("free_speed", SPEEDS["mph"]),
+    "capacity_vph": ("capacity", CAPACITIES["vph"]),
+    "jam_density_vpkm": ("jam_density", 1.0 / LENGTHS["km"]),
+}
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """cells: text, one row a link, null where empty; lines: where each row stands, to name it."""
+
+    cells: pd.DataFrame
+    lines: list[int]
+
+
+def apply_overrides(network: Network, path: Path) -> Network:
+    """Replace attributes of links by those in a table (CSV, or GeoPackage by its suffix .gpkg).
+
+    Lanes and free speeds set here become ``given``. Raises :class:`InputError` with every unknown
+    column and link, repeated link, value that is no number and unit given twice.
+    """
+    faults = Faults(str(path))
+    geopackage = path.suffix.lower() == ".gpkg"
+    table = _read_geopackage(path, faults) if geopackage else _read_csv(path, faults)
+    faults.raise_if_any()
+    _add_column_faults(table.cells, faults)
+    _add_link_faults(table, network, faults)
+    links = network.links.copy()
+    rows = pd.Index(links["link_id"]).get_indexer(table.cells["link_id"])
+    for name in table.cells.columns:
+        if name in NAMES:
+            _set_numbers(links, rows, table, name, faults)
+        elif name in TEXTS:
+            given = table.cells[name].notna().to_numpy() & (rows >= 0)
+            links.loc[links.index[rows[given]], name] = table.cells[name][given].to_numpy()
+    faults.raise_if_any()
+    return replace(network, links=links)
+
+
+def _read_csv(path: Path, faults: Faults) -> Overrides:
+    nothing = Overrides(pd.DataFrame(), [])
+    lines = read_lines(path, faults)
+    if lines is None:
+        return nothing
+    reader = csv.reader(lines, strict=True)
+    rows: list[list[str]] = []
+    at: list[int] = []
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append([cell.strip() for cell in row])
+                at.append(reader.line_num)
+    except csv.Error as error:
+        faults.add(f"is not a CSV table: {error}", line=reader.line_num)
+        return nothing
+    header = rows[0]
+    if "link_id" not in header:
+        faults.add("lacks the column link_id", line=at[0], value=",".join(header))
+    for name in sorted({name for name in header if header.count(name) > 1}):
+        faults.add("the column stands there more than once", line=at[0], column=name)
+    for row, line in zip(rows[1:], at[1:], strict=True):
+        if len(row) != len(header):
+            what = f"the row has {len(row)} values under {len(header)} names"
+            faults.add(what, line=line, value=",".join(row))
+    if faults.found:
+        return nothing
+    cells = pd.DataFrame(rows[1:], columns=header, dtype="str")
+    return Overrides(cells.where(cells != ""), at[1:])
+
+
+def _read_geopackage(path: Path, faults: Faults) -> Overrides:
+    nothing = Overrides(pd.DataFrame(), [])
+    if read_bytes(path, faults) is None:
+        return nothing
+    import pyogrio
+    from pyogrio.errors import DataLayerError, DataSourceError
+
+    try:
+        layers = [str(name) for name in pyogrio.list_layers(path)[:, 0]]
+        if len(layers) != 1:
+            faults.add(f"must hold one table, it holds {', '.join(layers) or 'none'}")
+            return nothing
+        found = pyogrio.read_dataframe(path, read_geometry=False)
+    except (DataLayerError, DataSourceError) as error:
+        faults.add(f"is not a GeoPackage: {error}")
+        return nothing
+    if "link_id" not in found:
+        faults.add("lacks the column link_id", value=", ".join(found.columns))
+    cells = pd.DataFrame({name: _as_text(found[name]) for name in found.columns})
+    return Overrides(cells, list(range(1, len(cells) + 1)))
+
+
+def _as_text(column: pd.Series) -> pd.Series:
+    """Numbers as they would be written, so that both kinds of table are read by one rule."""
+    texts = [None if pd.isna(value) else str(value).strip() or None for value in column]
+    return pd.Series(texts, dtype="str")
+
+
+def _add_column_faults(cells: pd.DataFrame, faults: Faults) -> None:
+    known = [*NAMES, *TEXTS]
+    seen: dict[str, str] = {}
+    for name in cells.columns:
+        if name == "link_id":
+            continue
+        if name not in known:
+            near = difflib.get_close_matches(str(name), known, n=1)
+            hint = f"; did you mean {near[0]}?" if near else f"; known are {', '.join(known)}"
+            faults.add(f"is no attribute of links that can be set{hint}", column=name)
+            continue
+        attribute = NAMES[name][0] if name in NAMES else name
+        if attribute in seen:
+            faults.add(f"sets {attribute}, as {seen[attribute]} does", column=name)
+        seen[attribute] = name
+
+
+def _add_link_faults(table: Overrides, network: Network, faults: Faults) -> None:
+    known = set(network.links["link_id"])
+    seen: set[str] = set()
+    for link_id, line in zip(table.cells["link_id"], table.lines, strict=True):
+        if pd.isna(link_id):
+            faults.add("the row names no link", line=line, column="link_id")
+        elif link_id not in known:
+            near = difflib.get_close_matches(link_id, known, n=1) if len(faults.found) < 5 else []
+            hint = f"; did you mean {near[0]}?" if near else ""
+            what = f"the network has no such link{hint}"
+            faults.add(what, line=line, column="link_id", value=link_id)
+        elif link_id in seen:
+            faults.add("the link has a row above", line=line, column="link_id", value=link_id)
+        else:
+            seen.add(link_id)
+
+
+def _set_numbers(
+    links: pd.DataFrame, rows: np.ndarray, table: Overrides, name: str, faults: Faults
+) -> None:
+    column, factor = NAMES[name]
+    values = links[column].to_numpy(dtype=np.float64, copy=True)
+    given = np.zeros(len(links), dtype=bool)
+    for row, text, line in zip(rows, table.cells[name], table.lines, strict=True):
+        if pd.isna(text):
+            continue
+        value = number(text)
+        if value is None or not 0 < value < np.inf:
+            what = "must be a finite number above 0, or empty"
+            faults.add(what, line=line, column=name, value=text)
+        elif row >= 0:
+            values[row], given[row] = value * factor, True
+    whole = column == "lanes" and np.isfinite(values).all() and not (values % 1).any()
+    links[column] = values.astype(np.int64) if whole else values
+    if column in SOURCES:
+        links.loc[given, SOURCES[column]] = "given"
