@@ -16,6 +16,9 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 #: more pivots than this change the picture little
 PIVOTS = 48
 
+#: metres; to a sparse graph a length of 0 would be no link at all
+SHORTEST = 1e-3
+
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 
 
@@ -26,6 +29,7 @@ def schematic_layout(
 
     The same network always gets the same map. Parts that no link ties together lie side by side.
     """
+    length = np.maximum(length, SHORTEST)
     edges = coo_array((length, (from_node, to_node)), shape=(nodes, nodes)).tocsr()
     parts, part_of = connected_components(edges, directed=False)
     place = np.zeros((nodes, 2))
@@ -45,7 +49,7 @@ def _lay_out_part(edges: csr_array) -> np.ndarray:
     nodes = edges.shape[0]
     if nodes == 1:
         return np.zeros((1, 2))
-    distance = _pivot_distances(edges)
+    pivots, distance = _pivot_distances(edges)
     squared = distance**2
     centred = -0.5 * (
         squared - squared.mean(axis=0) - squared.mean(axis=1, keepdims=True) + squared.mean()
@@ -56,23 +60,25 @@ def _lay_out_part(edges: csr_array) -> np.ndarray:
         axes = np.column_stack([axes, np.zeros(len(axes))])
     axes = axes * np.sign(axes[np.argmax(np.abs(axes), axis=0), range(2)])
     place = centred @ axes
-    size = np.abs(place).max()
-    scale = distance.max() / (2.0 * size) if size > 0 else 1.0
+    drawn = np.linalg.norm(place[:, None, :] - place[None, pivots, :], axis=2)
+    squares = float(np.sum(drawn**2))
+    scale = float(np.sum(drawn * distance)) / squares if squares > 0 else 1.0
     return np.asarray(place * scale)
 
 
-def _pivot_distances(edges: csr_array) -> np.ndarray:
-    """Distances from the pivots, each the node farthest from those before; (nodes, pivots)."""
+def _pivot_distances(edges: csr_array) -> tuple[list[int], np.ndarray]:
+    """Pivots, each the node farthest from those before, and distances; (nodes, pivots)."""
     nodes = edges.shape[0]
     columns: list[np.ndarray] = []
     nearest = np.full(nodes, np.inf)
-    pivot = 0
-    for _ in range(min(PIVOTS, nodes)):
-        distance = dijkstra(edges, directed=False, indices=pivot)
+    pivots = [0]
+    while True:
+        distance = dijkstra(edges, directed=False, indices=pivots[-1])
         columns.append(distance)
         nearest = np.minimum(nearest, distance)
-        pivot = int(np.argmax(nearest))
-    return np.column_stack(columns)
+        if len(pivots) == min(PIVOTS, nodes):
+            return pivots, np.column_stack(columns)
+        pivots.append(int(np.argmax(nearest)))
 
 
 def _part_coincident(place: np.ndarray) -> np.ndarray:

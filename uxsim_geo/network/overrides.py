@@ -17,6 +17,7 @@ import pandas as pd
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.text import read_bytes, read_lines
 from uxsim_geo.network.tntp_rows import number
 from uxsim_geo.network.units import CAPACITIES, LENGTHS, SPEEDS
@@ -70,7 +71,12 @@ def apply_overrides(network: Network, path: Path) -> Network:
             given = table.cells[name].notna().to_numpy() & (rows >= 0)
             links.loc[links.index[rows[given]], name] = table.cells[name][given].to_numpy()
     faults.raise_if_any()
-    return replace(network, links=links)
+    notes = Notes()
+    columns = ", ".join(name for name in table.cells.columns if name != "link_id")
+    note = f"{columns} taken from {path.name} where it has values"
+    notes.add("overrides", note, element="link", value=len(table.cells))
+    all_notes = pd.concat([network.notes, notes.table()], ignore_index=True)
+    return replace(network, links=links, notes=all_notes)
 
 
 def _read_csv(path: Path, faults: Faults) -> Overrides:
@@ -89,11 +95,11 @@ def _read_csv(path: Path, faults: Faults) -> Overrides:
     except csv.Error as error:
         faults.add(f"is not a CSV table: {error}", line=reader.line_num)
         return nothing
-    header = rows[0]
+    header = rows[0] if rows else []
     if "link_id" not in header:
-        faults.add("lacks the column link_id", line=at[0], value=",".join(header))
+        faults.add("lacks the column link_id", line=1, value=",".join(header))
     for name in sorted({name for name in header if header.count(name) > 1}):
-        faults.add("the column stands there more than once", line=at[0], column=name)
+        faults.add("the column stands there more than once", line=1, column=name)
     for row, line in zip(rows[1:], at[1:], strict=True):
         if len(row) != len(header):
             what = f"the row has {len(row)} values under {len(header)} names"

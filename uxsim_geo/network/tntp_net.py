@@ -42,6 +42,9 @@ NUMBER_COLUMNS = (
     "critical_speed",
 )
 
+#: no length, time, speed or capacity is as large as this in any unit
+LARGEST = 1e15
+
 #: columns in a unit that the file does not state
 QUANTITIES: dict[str, Quantity] = {
     "length": "length",
@@ -131,10 +134,10 @@ def _add_value_faults(net: NetFile, rows: TntpRows, used: list[str], faults: Fau
         values = np.asarray(table[name], dtype=np.float64)
         add_value_faults(faults, rows, values < 0, name, "must not be negative")
         if name in used:
-            what = "is needed here and must be a finite number"
+            what = "is needed here and must be a number, finite and of a sensible size"
             if name == "free_flow_time":
                 what += "; or take the column speed by free_speed_from: speed"
-            add_value_faults(faults, rows, ~np.isfinite(values), name, what)
+            add_value_faults(faults, rows, ~(np.abs(values) < LARGEST), name, what)
     if "lanes" in table:
         none = ~(np.asarray(table["lanes"]) > 0)
         add_value_faults(faults, rows, none, "lanes", "must be a number above 0")

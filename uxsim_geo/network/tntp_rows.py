@@ -22,8 +22,8 @@ from uxsim_geo.network.text import read_lines
 
 TAG = re.compile(r"\s*<([^<>]*)>(.*)")
 END_OF_METADATA = "END OF METADATA"
-PLAIN_ID = re.compile(r"[1-9][0-9]*")
-PADDED_ID = re.compile(r"0*([1-9][0-9]*)")
+PLAIN_ID = re.compile(r"[1-9][0-9]{0,17}")
+PADDED_ID = re.compile(r"0*([1-9][0-9]{0,17})")
 NUMBER_START = re.compile(r"[-+.]?\d")
 
 
