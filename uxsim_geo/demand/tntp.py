@@ -145,7 +145,7 @@ def _note_total(found: float, declared: str | None, notes: Notes) -> None:
     """Compare with the declared total, as precisely as that is written."""
     notes.add("trips in file", "sum over all pairs", element="demand", value=repr(found))
     total = None if declared is None else number(declared)
-    if total is None or declared is None:
+    if total is None or declared is None or not math.isfinite(total):
         return
     mantissa, _, exponent = declared.lower().partition("e")
     decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
