@@ -19,6 +19,7 @@ from pydantic import (
     model_validator,
 )
 
+from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.network.tntp_options import (
     CapacityFrom,
     Centroids,
@@ -64,6 +65,7 @@ LengthUnit = Annotated[str, _unit_of("length")]
 TimeUnit = Annotated[str, _unit_of("time")]
 SpeedUnit = Annotated[str, _unit_of("speed")]
 CapacityUnit = Annotated[str, _unit_of("capacity")]
+ProfileStep = Annotated[tuple[float, float], Field(strict=False)]
 InputFile = Annotated[Path, Field(strict=False), AfterValidator(_existing_file)]
 Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
 
@@ -83,6 +85,28 @@ class TripsEntry(Section):
     )
     start_s: float = Field(0.0, ge=0, description="begin of that period, s after the start")
     factor: float = Field(1.0, gt=0, description="the file's trips are multiplied by this number")
+    profile: tuple[ProfileStep, ...] = Field(
+        (),
+        strict=False,
+        description="pairs [until_s, share]: until that time, s from start_s, this share of the "
+        "trips departs evenly; only the ratios of the shares count; the last time is "
+        "demand_period_s; empty: all evenly",
+    )
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        self.trips_options()
+        return self
+
+    def trips_options(self) -> TripsOptions:
+        """Return what the reader of the trips is told."""
+        return TripsOptions(self.demand_period_s, self.factor, self.start_s, self.profile)
+
+
+TripsEntries = Annotated[
+    tuple[TripsEntry, ...],
+    BeforeValidator(_one_or_many, json_schema_input_type=TripsEntry | tuple[TripsEntry, ...]),
+]
 
 
 class IngestSection(Section):
@@ -92,7 +116,7 @@ class IngestSection(Section):
     net: InputFile = Field(description="network file, TNTP")
     nodes: InputFile | None = Field(None, description="file of coordinates, TNTP or GeoJSON")
     flow: InputFile | None = Field(None, description="file of assigned flows, TNTP")
-    trips: Annotated[tuple[TripsEntry, ...], BeforeValidator(_one_or_many)] = Field(
+    trips: TripsEntries = Field(
         min_length=1, strict=False, description="a trips file and its period, or a list of them"
     )
     overrides: InputFile | None = Field(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 import typing
 from collections.abc import Iterator, Sequence
 from datetime import datetime
@@ -20,6 +21,9 @@ from pipeline.yaml_source import Place, YamlSource, read_yaml, set_value
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
 
+#: how the messages of the validator begin
+_SHOULD = re.compile(r"^(Input|Number|String|Tuple) should")
+
 
 def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
     """Read a configuration, with ``key.sub=value`` edits in place of what the file says.
@@ -32,7 +36,7 @@ def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
     try:
         return Config.model_validate(document.values, context=path.resolve().parent)
     except ValidationError as error:
-        found = [_fault(details, document) for details in error.errors()]
+        found = [_fault(details, document) for details in error.errors() if not _follows(details)]
         raise InputError(sorted(found, key=_by_line)) from None
 
 
@@ -64,15 +68,16 @@ def iterate_keys(
     for name, key in model.model_fields.items():
         dotted = f"{above}{name}"
         yield dotted, key
-        for section in _sections_in(key.annotation):
+        for section in sections_in(key.annotation):
             yield from iterate_keys(section, f"{dotted}.")
 
 
-def _sections_in(annotation: object) -> Iterator[type[BaseModel]]:
+def sections_in(annotation: object) -> Iterator[type[BaseModel]]:
+    """Yield the models that the type of a key mentions: its own keys are theirs."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for argument in typing.get_args(annotation):
-        yield from _sections_in(argument)
+        yield from sections_in(argument)
 
 
 def _plain(value: object, folder: Path) -> object:
@@ -93,10 +98,17 @@ def _fault(details: ErrorDetails, document: YamlSource) -> Fault:
         return Fault(f"unknown key {dotted}; {_nearest(dotted)}", source, line)
     help_text = dict(iterate_keys())[dotted].description
     if details["type"] == "missing":
-        return Fault(f"{dotted} is missing: {help_text}", source, line)
-    what = details["msg"].removeprefix("Value error, ").replace("Input should", "must")
+        return Fault(f"{dotted} is missing ({help_text})", source, line)
+    what = _SHOULD.sub("must", details["msg"].removeprefix("Value error, "))
+    if details["type"] == "string_pattern_mismatch":
+        what = "cannot be used"
     shown = None if isinstance(value, dict | list) else value
-    return Fault(f"{dotted} {what} ({help_text})", source, line, None, shown)
+    return Fault(f"{dotted}: {what} ({help_text})", source, line, None, shown)
+
+
+def _follows(details: ErrorDetails) -> bool:
+    """Tell whether a list is only said to be too short because its entries are at fault."""
+    return details["type"] == "too_short" and bool(details["input"])
 
 
 def _place_written(place: Place, document: YamlSource) -> Place:
@@ -117,12 +129,12 @@ def _place_written(place: Place, document: YamlSource) -> Place:
 def _nearest(dotted: str) -> str:
     section, _, name = dotted.rpartition(".")
     known = [key for key, _ in iterate_keys()]
-    here = [key for key in known if key.rpartition(".")[0] == section]
     elsewhere = [key for key in known if key.rpartition(".")[2] == name]
-    near = difflib.get_close_matches(dotted, here, n=1, cutoff=0.6) or elsewhere
-    if near:
-        return f"did you mean {near[0]}?"
-    return f"known here: {', '.join(key.rpartition('.')[2] for key in here)}"
+    here = {key.rpartition(".")[2]: key for key in known if key.rpartition(".")[0] == section}
+    alike = [here[near] for near in difflib.get_close_matches(name, here, n=1)]
+    for key in (*elsewhere, *alike):
+        return f"did you mean {key}?"
+    return f"known here: {', '.join(here)}"
 
 
 def _by_line(fault: Fault) -> int:

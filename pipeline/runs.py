@@ -41,23 +41,23 @@ class StageRecord:
     figures
         numbers for later stages that stand in no table
     problems
-        why part of the outputs is missing; empty where the stage is complete
+        why outputs are missing; empty where the stage is complete
     started, wall_s
         when it ran (UTC), and for how many seconds
     """
 
-    settings: dict[str, Any]
-    inputs: dict[str, FileRecord]
-    outputs: dict[str, FileRecord]
-    figures: dict[str, Any]
-    problems: list[str]
-    started: str
-    wall_s: float
+    settings: dict[str, Any] = field(default_factory=dict)
+    inputs: dict[str, FileRecord] = field(default_factory=dict)
+    outputs: dict[str, FileRecord] = field(default_factory=dict)
+    figures: dict[str, Any] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    started: str = ""
+    wall_s: float = 0.0
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """The history of a run: stages that are in it are finished.
+    """The history of a run: what was last called, and how each stage went.
 
     run
         command, resolved configuration, seed and versions of the last call that changed the folder

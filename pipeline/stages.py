@@ -137,7 +137,7 @@ class Run:
             name: record_file(path, relative_name(path, self.folder.path))
             for name, path in stage.inputs(self.config, self.folder).items()
         }
-        task = Task(self.config, self.folder, figures, self.watch, lambda: self._forget(stage))
+        task = Task(self.config, self.folder, figures, self.watch, lambda: self._distrust(stage))
         outcome = stage.run(task)
         record = StageRecord(
             settings=self._settings(stage),
@@ -158,12 +158,12 @@ class Run:
         values = plain_values(self.config, self.folder.path)
         return {key: values[key] for key in stage.keys} | {"code": code_digest()}
 
-    def _forget(self, stage: Stage) -> None:
-        """Take the stage out of the manifest, so that a killed run is never believed."""
+    def _distrust(self, stage: Stage) -> None:
+        """Note in the manifest that the stage is not finished: a killed run is never believed."""
         self.folder.create()
         manifest = self.folder.read_manifest()
-        if manifest.stages.pop(stage.name, None) is not None:
-            self.folder.write_manifest(manifest)
+        manifest.stages[stage.name] = StageRecord(problems=["was not finished; run it again"])
+        self.folder.write_manifest(manifest)
 
     def _finish(self, stage: Stage, record: StageRecord, before: StageRecord | None) -> None:
         """Vouch for the stage's outputs; remove those of earlier runs that no longer belong."""

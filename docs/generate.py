@@ -1,0 +1,88 @@
+"""Writes ``config.md`` and ``config.schema.json`` from the models of the configuration."""
+
+from __future__ import annotations
+
+import json
+import typing
+from datetime import datetime
+from pathlib import Path
+
+from pydantic import AwareDatetime, BaseModel
+from pydantic.fields import FieldInfo
+
+from pipeline.config import Config
+from pipeline.config_file import sections_in
+
+HEAD = """# Configuration
+
+One YAML file a run. Unknown keys are errors, paths are relative to the file, every key can also be
+set on the command line: `--set simulate.duration_s=3600`. This page is made from the models in
+`pipeline/config.py` by `docs/generate.py`; a JSON schema for editors lies beside it.
+"""
+
+TYPE_NAMES: dict[object, str] = {
+    str: "text",
+    float: "number",
+    int: "whole number",
+    Path: "path",
+    AwareDatetime: "date and time",
+}
+
+
+def configuration_page() -> str:
+    """Return the page of all keys: section by section, with type, default and meaning."""
+    return HEAD + _section(Config, "") + "\n"
+
+
+def configuration_schema() -> str:
+    """Return the JSON schema of a configuration."""
+    return json.dumps(Config.model_json_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def _section(model: type[BaseModel], above: str) -> str:
+    lines = ["| key | type | default | meaning |", "|---|---|---|---|"]
+    below = []
+    for name, key in model.model_fields.items():
+        meaning = (key.description or "").replace("|", "\\|")
+        lines.append(f"| `{name}` | {_type_name(key.annotation)} | {_default(key)} | {meaning} |")
+        for section in sections_in(key.annotation):
+            title = f"{above}{name}"
+            below.append(f"\n## {title}\n\n{section.__doc__}\n{_section(section, f'{title}.')}")
+    return "\n" + "\n".join(lines + below)
+
+
+def _type_name(annotation: object) -> str:
+    arguments = [part for part in typing.get_args(annotation) if part is not type(None)]
+    origin = typing.get_origin(annotation)
+    if origin is typing.Literal:
+        return " or ".join(f"`{choice}`" for choice in arguments)
+    if origin is typing.Annotated:
+        return _type_name(arguments[0])
+    if origin is tuple and typing.get_origin(arguments[0]) is typing.Literal:
+        return f"list out of {_type_name(arguments[0]).replace(' or ', ', ')}"
+    if origin is tuple:
+        return f"list of {_type_name(arguments[0])}s" if ... in arguments else "pair"
+    if origin is not None:
+        return " or ".join(map(_type_name, arguments))
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "section"
+    return TYPE_NAMES[annotation]
+
+
+def _default(key: FieldInfo) -> str:
+    value = key.default
+    if key.is_required():
+        return "required"
+    if isinstance(value, BaseModel):
+        return "as below"
+    if isinstance(value, datetime):
+        return f"`{value.isoformat()}`"
+    if isinstance(value, tuple):
+        return f"`[{', '.join(map(str, value))}]`"
+    return "–" if value is None else f"`{value}`"
+
+
+if __name__ == "__main__":
+    folder = Path(__file__).parent
+    (folder / "config.md").write_text(configuration_page(), encoding="utf-8")
+    (folder / "config.schema.json").write_text(configuration_schema(), encoding="utf-8")

@@ -1,0 +1,128 @@
+"""The command line: ``uxsim-geo``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+from uxsim_geo.errors import InputError
+from uxsim_geo.version import __version__
+
+DONE = 0
+FAILED = 1
+INPUT_AT_FAULT = 2
+
+STAGE_COMMANDS = {
+    "run": "ingest, simulate and report; what has not changed is not done again",
+    "ingest": "read the source files into the tables of a run",
+    "simulate": "simulate, after ingesting if that is out of date",
+    "report": "figures, layers and pictures, after whatever is out of date",
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; return the exit status: 0 done, 2 input at fault, 1 anything else."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    options = _parser().parse_args(given)
+    options.arguments = given
+    try:
+        status: int = options.command(options)
+        return status
+    except InputError as error:
+        for fault in error.faults:
+            print(f"error: {fault}", file=sys.stderr)
+        return INPUT_AT_FAULT
+    except KeyboardInterrupt:
+        print("error: interrupted; what was finished before stays", file=sys.stderr)
+        return FAILED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="uxsim-geo", description="Dynamic traffic simulation from network files to maps."
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for name, text in STAGE_COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text)
+        command.set_defaults(command=_run, last="report" if name == "run" else name)
+        _add_run_options(command)
+    text = "show what is in a run, a network, a results file or a table"
+    command = commands.add_parser("inspect", help=text, description=text)
+    command.set_defaults(command=_inspect)
+    command.add_argument("path", type=Path, metavar="PATH")
+    text = "check the files of a run against its manifest"
+    command = commands.add_parser("verify", help=text, description=text)
+    command.set_defaults(command=_verify)
+    command.add_argument("path", type=Path, metavar="RUN", help="folder of a run")
+    return parser
+
+
+def _add_run_options(command: argparse.ArgumentParser) -> None:
+    add = command.add_argument
+    add("config", type=Path, metavar="CONFIG", help="configuration, a YAML file")
+    add("--out", type=Path, default=Path("runs"), metavar="DIR", help="default: %(default)s")
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY.SUB=VALUE",
+        help="in place of what the configuration says; may be given several times",
+    )
+    add("--seed", metavar="N", help="short for --set simulate.seed=N")
+    add("--force", action="store_true", help="also repeat stages that are up to date")
+    add("--quiet", action="store_true", help="show neither progress nor results")
+
+
+def _run(options: argparse.Namespace) -> int:
+    from pipeline import ingest, report, simulate
+    from pipeline.config_file import load_config
+    from pipeline.progress import watching
+    from pipeline.results import show_results
+    from pipeline.runs import RunFolder
+    from pipeline.stages import Run
+
+    seed = [] if options.seed is None else [f"simulate.seed={options.seed}"]
+    config = load_config(options.config, [*options.set, *seed])
+    folder = RunFolder(options.out / config.name)
+    stages = (ingest.STAGE, simulate.STAGE, report.STAGE)
+    try:
+        with watching(quiet=options.quiet) as watch:
+            run = Run(config, folder, watch, ["uxsim-geo", *options.arguments], stages)
+            problems = run.execute(options.last, force=options.force)
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  the last place where one can be reported
+        folder.log(traceback.format_exc())
+        what = f"{type(error).__name__}: {error}"
+        print(f"error: {what}; details in {folder.path / 'run.log'}", file=sys.stderr)
+        return FAILED
+    for problem in problems:
+        print(f"error: {problem}", file=sys.stderr)
+    if not options.quiet:
+        show_results(folder)
+    return FAILED if problems else DONE
+
+
+def _inspect(options: argparse.Namespace) -> int:
+    from pipeline.inspection import inspect_path
+
+    print(inspect_path(options.path))
+    return DONE
+
+
+def _verify(options: argparse.Namespace) -> int:
+    from pipeline.verification import verify_run
+
+    found = verify_run(options.path)
+    for remark in found.remarks:
+        print(f"note: {remark}")
+    for line in found.wrong:
+        print(f"error: {line}", file=sys.stderr)
+    if found.wrong:
+        return FAILED
+    print(f"{options.path}: all {found.checked} files are what the run wrote")
+    return DONE

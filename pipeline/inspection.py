@@ -1,0 +1,164 @@
+"""What is in a run, a network, a results file or a table, in a screenful."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.ingest import NETWORK
+from pipeline.results import SUMMARY, read_summary, result_rows, size_in_words
+from pipeline.runs import MANIFEST, RunFolder
+from uxsim_geo.errors import Fault, Faults, InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: rows of a table that fit a screen
+ROWS_SHOWN = 12
+
+
+def inspect_path(path: Path) -> str:
+    """Describe what lies at ``path``, in text of about a screen.
+
+    Raises :class:`uxsim_geo.errors.InputError` where that is nothing known here.
+    """
+    for fits, describe in DESCRIPTIONS:
+        if fits(path):
+            return describe(path)
+    what = (
+        "is nothing that can be shown: name a run's folder, a folder with links.parquet, "
+        "a .gpkg or a .parquet file"
+        if path.exists()
+        else "no such file or folder"
+    )
+    raise InputError([Fault(what, str(path))])
+
+
+def describe_run(path: Path) -> str:
+    """Stages with their time, the figures, and the network."""
+    folder = RunFolder(path)
+    stages = folder.read_manifest().stages
+    rows = [
+        (name, record.started, f"{record.wall_s:,.1f} s", "; ".join(record.problems) or "complete")
+        for name, record in stages.items()
+    ]
+    parts = [f"run {path.resolve().name}", align(rows)]
+    if SUMMARY in (name for record in stages.values() for name in record.outputs):
+        parts.append(align(result_rows(read_summary(folder)), right=(1,)))
+    if (path / NETWORK).is_dir():
+        parts.append(describe_network(path / NETWORK))
+    return "\n\n".join(parts)
+
+
+def describe_network(path: Path) -> str:
+    """Counts, lengths, ranges of the attributes, CRS, and the topics of the import notes."""
+    from uxsim_geo.network.files import read_network
+
+    network = read_network(path)
+    links = network.links
+    crs = getattr(network.nodes, "crs", None)
+    zones = int(network.nodes["zone_id"].notna().sum())
+    kilometres = links["length"] / 1000
+    rows = [
+        ("nodes", f"{len(network.nodes):,}", f"of these {zones:,} zones"),
+        ("links", f"{len(links):,}", f"{kilometres.sum():,.1f} km, lanes {_range(links['lanes'])}"),
+        ("length", _range(kilometres), "km"),
+        ("free speed", _range(links["free_speed"] * 3.6), "km/h"),
+        ("capacity", _range(links["capacity"] * 3600), "veh/h of the whole link"),
+        ("jam density", _range(links["jam_density"] * 1000), "veh/km of one lane"),
+        ("banned turns", f"{len(network.movements):,}", ""),
+        ("CRS", crs.to_string() if crs else "none", ""),
+    ]
+    return "\n\n".join([f"network {path}", align(rows), _notes(network.notes)]).rstrip()
+
+
+def describe_geopackage(path: Path) -> str:
+    """Layers with their rows, geometry and columns."""
+    import pyogrio
+    from pyogrio.errors import DataSourceError
+
+    try:
+        layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
+    except DataSourceError as error:
+        raise InputError(
+            [Fault(f"is no GeoPackage that can be read: {error}", str(path))]
+        ) from None
+    rows = [
+        (
+            str(layer["layer_name"]),
+            f"{layer['features']:,} rows",
+            str(layer["geometry_type"] or "no geometry"),
+            _shortened(layer["fields"]),
+        )
+        for layer in layers
+    ]
+    return f"{path}, {size_in_words(path.stat().st_size)}\n\n{align(rows, right=(1,))}"
+
+
+def describe_table(path: Path) -> str:
+    """Rows, columns with their type and range, and the first rows."""
+    from uxsim_geo.parquet import read_table
+
+    faults = Faults()
+    table = read_table(path, faults)
+    faults.raise_if_any()
+    assert table is not None, "a table that cannot be read is a fault"
+    rows = [
+        (str(name), str(table[name].dtype), _range(table[name]), _missing(table[name]))
+        for name in table.columns
+    ]
+    return f"{path}, {len(table):,} rows\n\n{align(rows)}"
+
+
+#: what a path must be, and the function that describes it; the first that fits is taken
+DESCRIPTIONS: Sequence[tuple[Callable[[Path], bool], Callable[[Path], str]]] = (
+    (lambda path: (path / MANIFEST).is_file(), describe_run),
+    (lambda path: (path / "links.parquet").is_file(), describe_network),
+    (lambda path: path.is_file() and path.suffix == ".gpkg", describe_geopackage),
+    (lambda path: path.is_file() and path.suffix == ".parquet", describe_table),
+)
+
+
+def align(rows: Sequence[Sequence[str]], *, right: Iterable[int] = ()) -> str:
+    """Set rows in columns, those named in ``right`` flush right."""
+    if not rows:
+        return ""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(
+            cell.rjust(width) if place in right else cell.ljust(width)
+            for place, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
+
+
+def _range(values: pd.Series[Any]) -> str:
+    """Smallest and largest number, or how many different texts."""
+    from pandas.api.types import is_numeric_dtype
+
+    if not is_numeric_dtype(values.dtype):
+        return f"{values.astype(str).nunique():,} different"
+    known = values.dropna()
+    if known.empty:
+        return "none given"
+    low, high = (f"{number:,.6g}" for number in (float(known.min()), float(known.max())))
+    return low if low == high else f"{low} to {high}"
+
+
+def _missing(values: pd.Series[Any]) -> str:
+    missing = int(values.isna().sum())
+    return f"{missing:,} empty" if missing else ""
+
+
+def _notes(notes: pd.DataFrame) -> str:
+    counts = Counter(zip(notes["severity"], notes["topic"], strict=True))
+    rows = [(f"{count:,}", *key) for key, count in counts.most_common(ROWS_SHOWN)]
+    return f"import notes\n{align(rows, right=(0,))}" if rows else ""
+
+
+def _shortened(names: Iterable[str], limit: int = 60) -> str:
+    text = ", ".join(map(str, names))
+    return text if len(text) <= limit else f"{text[: limit - 2].rpartition(',')[0]} …"

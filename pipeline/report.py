@@ -1,0 +1,132 @@
+"""Reporting: events and trips to figures, layers and pictures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline import ingest, simulate
+from pipeline.config import Config, Output
+from pipeline.runs import RunFolder
+from pipeline.stages import Outcome, Stage, Task
+from uxsim_geo.files import replace_when_complete
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from uxsim_geo.network.network import Network
+    from uxsim_geo.result import Result
+
+SUMMARY = "summary.json"
+
+
+@dataclass(frozen=True)
+class Material:
+    """What the outputs are made of.
+
+    notes
+        of the import, network and demand together
+    states
+        of all links in all time bins: :func:`uxsim_geo.analysis.link_states.link_times`
+    figures
+        of the whole run: :func:`uxsim_geo.analysis.summary.summary`
+    """
+
+    config: Config
+    network: Network
+    notes: pd.DataFrame
+    result: Result
+    states: pd.DataFrame
+    figures: dict[str, Any]
+
+
+def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG001
+    tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "import_notes"))
+    names = (*tables, ingest.DEMAND_NOTES, simulate.EVENTS, simulate.TRIPS)
+    return {name: folder / name for name in names}
+
+
+def _run(task: Task) -> Outcome:
+    from uxsim_geo.export.space_time import RenderError
+
+    material = _read_material(task)
+    task.begin_writing()
+    _write_summary(material, task.folder / SUMMARY)
+    written, problems = [SUMMARY], []
+    for output in task.config.report.outputs:
+        name, write = OUTPUTS[output]
+        try:
+            write(material, task.folder / name)
+            written.append(name)
+        except RenderError as error:
+            problems.append(f"{name} could not be drawn: {error}")
+    words = f"{len(written)} files"
+    return Outcome(written, words, problems=problems)
+
+
+STAGE = Stage("report", ("name", "simulate", "report"), _inputs, _run)
+
+
+def _read_material(task: Task) -> Material:
+    import pandas as pd
+
+    from uxsim_geo.analysis.link_states import link_times
+    from uxsim_geo.analysis.summary import summary
+    from uxsim_geo.demand.files import read_demand
+    from uxsim_geo.network.files import read_network
+
+    network = read_network(task.folder / ingest.NETWORK)
+    demand = read_demand(task.folder / ingest.DEMAND)
+    result = simulate.read_result(task)
+    return Material(
+        config=task.config,
+        network=network,
+        notes=pd.concat([network.notes, demand.notes], ignore_index=True),
+        result=result,
+        states=link_times(
+            network, result.events, result.trips, result.settings, task.config.report.bin_s
+        ),
+        figures=summary(network, result),
+    )
+
+
+def _write_summary(material: Material, path: Path) -> None:
+    text = json.dumps(material.figures, indent=1, allow_nan=False) + "\n"
+    with replace_when_complete(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _write_geopackage(material: Material, path: Path) -> None:
+    from uxsim_geo.export.geopackage import RunDescription, write_geopackage
+
+    description = RunDescription(
+        material.config.report.start, material.notes, _information(material)
+    )
+    write_geopackage(path, material.network, material.states, description)
+
+
+def _information(material: Material) -> dict[str, object]:
+    """Return what run_info says: nothing that differs between two equal runs."""
+    import uxsim_geo.version
+
+    config = material.config
+    figures = {name: value for name, value in material.figures.items() if name != "engine_wall_s"}
+    completed = figures.pop("completed")
+    return {
+        "name": config.name,
+        "uxsim_geo_version": uxsim_geo.version.__version__,
+        "start": config.report.start.isoformat(),
+        "bin_s": config.report.bin_s,
+        **config.simulate.model_dump(),
+        **figures,
+        **{f"completed_{name}": value for name, value in completed.items()},
+    }
+
+
+#: name of the file and the function that writes it, by the output's name in a configuration
+OUTPUTS: dict[Output, tuple[str, Callable[[Material, Path], None]]] = {
+    "geopackage": ("results.gpkg", _write_geopackage),
+}
