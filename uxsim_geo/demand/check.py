@@ -7,7 +7,7 @@ import numpy as np
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.rows import add_missing_columns, add_rows, lacking, numbers
+from uxsim_geo.network.rows import add_missing_columns, add_rows, is_among, lacking, numbers
 
 
 def check_demand(demand: Demand, network: Network) -> None:
@@ -30,7 +30,7 @@ def _add_end_faults(faults: Faults, demand: Demand, network: Network) -> None:
         values = demand.table[column]
         missing = lacking(values)
         add_rows(faults, missing, f"no {column}")
-        unknown = ~np.asarray(values.isin(network.nodes["node_id"]), dtype=bool) & ~missing
+        unknown = ~is_among(values, network.nodes["node_id"]) & ~missing
         add_rows(
             faults, unknown, f"{article} {column} that is not a node of the network", ids=values
         )

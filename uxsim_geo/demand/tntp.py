@@ -16,6 +16,7 @@ from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.rows import is_among
 from uxsim_geo.network.text import read_lines
 from uxsim_geo.network.tntp_rows import END_OF_METADATA, number, read_tags
 
@@ -124,7 +125,8 @@ def _add_zone_faults(cells: pd.DataFrame, network: Network, faults: Faults) -> N
     for end, what in (("origin", "start"), ("destination", "end")):
         zone_of = cells[f"{end}_zone"]
         with_trips = (cells["trips"] > 0) & (zone_of != "")
-        unknown = cells[with_trips & ~zone_of.isin(zone_nodes(network, end)[f"{end}_zone"])]
+        known = zone_nodes(network, end)[f"{end}_zone"]
+        unknown = cells[with_trips & ~is_among(zone_of, known)]
         unknown = unknown.drop_duplicates(f"{end}_zone")
         for zone, line in zip(unknown[f"{end}_zone"], unknown["line"], strict=True):
             text = f"unknown zone: the network has no node at which trips of this zone can {what}"

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.rows import is_among
 from uxsim_geo.network.tntp_links import infinite_capacity
 from uxsim_geo.network.tntp_net import NetFile
 from uxsim_geo.network.tntp_options import TntpOptions
@@ -42,8 +43,8 @@ def load_zones(net: NetFile, options: TntpOptions, notes: Notes) -> Loading:
     """Recognise centroids and either collapse or keep their connectors."""
     zones = _zones(net)
     centroids = _centroids(net, options, zones, notes)
-    leaving = net.table["from_node_id"].isin(centroids)
-    entering = net.table["to_node_id"].isin(centroids)
+    leaving = is_among(net.table["from_node_id"], centroids)
+    entering = is_among(net.table["to_node_id"], centroids)
     own = pd.DataFrame({"zone_id": zones, "node_id": zones}, dtype="str")
     if options.connectors == "keep" or centroids.empty:
         stays = np.ones(len(net.table), dtype=bool)
@@ -89,31 +90,31 @@ def _zones_with_connectors_only(
     if ends.nunique() == len(zones):  # every node is a zone: none is there only for trips
         return NO_NODE
     with_road = ends[~np.concatenate([free, free])]
-    return zones[~zones.isin(with_road)]
+    return zones[~is_among(zones, with_road)]
 
 
 def _collapse(
-    table: pd.DataFrame, between: pd.Series, centroids: pd.Index, own: pd.DataFrame, notes: Notes
+    table: pd.DataFrame, between: np.ndarray, centroids: pd.Index, own: pd.DataFrame, notes: Notes
 ) -> Loading:
     """Drop the connectors; centroids tied to one another stay as they are."""
     tied = pd.concat([table["from_node_id"][between], table["to_node_id"][between]])
-    kept = centroids[centroids.isin(tied)]
+    kept = centroids[is_among(centroids, tied)]
     gone = centroids.difference(kept, sort=False)
-    out = table["from_node_id"].isin(gone)
-    into = table["to_node_id"].isin(gone)
+    out = is_among(table["from_node_id"], gone)
+    into = is_among(table["to_node_id"], gone)
     names = {"from_node_id": "zone_id", "to_node_id": "node_id"}
     origins = table.loc[out, list(names)].rename(columns=names)
     destinations = table.loc[into, list(names)].rename(
         columns={"to_node_id": "zone_id", "from_node_id": "node_id"}
     )
-    rest = own[~own["zone_id"].isin(gone)]
+    rest = own[~is_among(own["zone_id"], gone)]
     note = "connectors dropped: trips start and end at the nodes they led to, in even parts"
     notes.add("connectors collapsed", note, element="link", value=int((out | into).sum()))
     if len(kept):
         note = "centroids with links to one another were not collapsed"
         notes.add("connectors kept", note, element="node", value=len(kept))
     return Loading(
-        ~np.asarray(out | into),
+        ~(out | into),
         kept,
         pd.concat([origins, rest]).drop_duplicates(ignore_index=True),
         pd.concat([destinations[["zone_id", "node_id"]], rest]).drop_duplicates(ignore_index=True),
@@ -122,5 +123,7 @@ def _collapse(
 
 def zones_of(nodes: pd.Series, pairs: pd.DataFrame) -> pd.Series:
     """The zones that each node serves, as text with blanks between; null where none."""
-    served = pairs.groupby("node_id", sort=False)["zone_id"].agg(" ".join)
+    served: dict[str, str] = {}
+    for node_id, zone in zip(pairs["node_id"], pairs["zone_id"], strict=True):
+        served[node_id] = f"{served[node_id]} {zone}" if node_id in served else zone
     return nodes.map(served).astype("str")

@@ -7,7 +7,7 @@ import pandas as pd
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.rows import add_missing_columns, add_rows, count, lacking, numbers
+from uxsim_geo.network.rows import add_missing_columns, add_rows, count, is_among, lacking, numbers
 
 #: columns a simulation reads; nodes may also lack control (then none) and through_traffic (True)
 REQUIRED_NODE_COLUMNS = ("node_id",)
@@ -88,7 +88,7 @@ def _add_end_faults(faults: Faults, links: pd.DataFrame, nodes: pd.DataFrame) ->
     for column in ("from_node_id", "to_node_id"):
         missing = lacking(links[column])
         add_rows(faults, missing, f"no {column}")
-        unknown = ~np.asarray(links[column].isin(known), dtype=bool) & ~missing
+        unknown = ~is_among(links[column], known) & ~missing
         add_rows(faults, unknown, f"a {column} that is not in the nodes", ids=links["link_id"])
 
 

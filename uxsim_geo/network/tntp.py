@@ -13,6 +13,7 @@ from uxsim_geo.network.centroids import Loading, load_zones, zones_of
 from uxsim_geo.network.coordinates import Coordinates, read_coordinates
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS, Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.rows import is_among
 from uxsim_geo.network.tntp_flow import add_unknown_link_faults, read_flow, with_flow
 from uxsim_geo.network.tntp_links import links_table
 from uxsim_geo.network.tntp_net import NetFile, read_net
@@ -75,7 +76,7 @@ def _read_files(
 
 def _add_unknown_node_faults(table: pd.DataFrame, coordinates: Coordinates, faults: Faults) -> None:
     for column in ENDS:
-        unknown = table[~table[column].isin(coordinates.table["node_id"])]
+        unknown = table[~is_among(table[column], coordinates.table["node_id"])]
         for node_id, line in zip(unknown[column], unknown["line"], strict=True):
             faults.add("the node file has no such node", line=line, column=column, value=node_id)
 
@@ -110,18 +111,18 @@ def _nodes(links: pd.DataFrame, loading: Loading, coordinates: Coordinates | Non
     """Nodes in the node file's order, otherwise by number, with x and y where they are known."""
     ids = [links[end] for end in ENDS]
     ids += [pairs["node_id"] for pairs in (loading.origins, loading.destinations)]
-    used = pd.unique(pd.concat(ids))
+    used = pd.concat(ids).drop_duplicates()
     if coordinates is None:
         nodes = pd.DataFrame({"node_id": pd.Series(sorted(used, key=int), dtype="str")})
     else:
         table = coordinates.table
-        nodes = table[table["node_id"].isin(used)].reset_index(drop=True)
+        nodes = table[is_among(table["node_id"], used)].reset_index(drop=True)
     node_id = nodes["node_id"]
     pairs = pd.concat([loading.origins, loading.destinations]).drop_duplicates("node_id")
     return nodes.assign(
         zone_id=node_id.map(pairs.set_index("node_id")["zone_id"]).astype("str"),
         control="none",
-        through_traffic=~node_id.isin(loading.centroids),
+        through_traffic=~is_among(node_id, loading.centroids),
         origin_of=zones_of(node_id, loading.origins),
         destination_of=zones_of(node_id, loading.destinations),
     )

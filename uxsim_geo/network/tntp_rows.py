@@ -176,11 +176,24 @@ def number_column(rows: TntpRows, name: str, faults: Faults) -> np.ndarray:
     """One float64 a row, NaN where the field is empty; other text is a fault."""
     place = rows.names.index(name)
     texts = [row[place] for row in rows.rows]
+    plain = _plain_numbers(texts)
+    if plain is not None:
+        return plain
     values = [number(text) if text else math.nan for text in texts]
     for index, value in enumerate(values):
         if value is None:
             faults.add("must be a number", line=rows.lines[index], column=name, value=texts[index])
     return np.array(values, dtype=np.float64)
+
+
+def _plain_numbers(texts: list[str]) -> np.ndarray | None:
+    """All at once, as most columns can be read; None where some text is empty or no number."""
+    if "_" in "".join(texts):
+        return None
+    try:
+        return np.array(list(map(float, texts)))
+    except ValueError:
+        return None
 
 
 def number(text: str) -> float | None:
