@@ -151,3 +151,16 @@ def test_zones_that_share_their_only_node_have_no_trips(tmp_path: Path) -> None:
 def test_a_network_without_zones_takes_nodes_by_their_ids(tmp_path: Path, ring: Network) -> None:
     plain = replace(ring, nodes=ring.nodes[["node_id"]])
     assert pairs(read(tmp_path, trips("Origin 1\n 2 : 3.0;\n"), plain)) == {("1", "2"): 3.0}
+
+
+def test_sparse_ids_without_a_first_thru_node(tmp_path: Path) -> None:
+    """Zones with ids of their own, known from the trips alone, as Munich has them."""
+    rows = [row(2146237932, 1000036), row(1000036, 113707), row(113707, 2146237932)]
+    text = net(rows, zones=742).replace("<FIRST THRU NODE> 1\n", "")
+    network = read_tntp_network(write(tmp_path, "net.tntp", text), UNITS)
+    assert network.nodes["node_id"].tolist() == ["113707", "1000036", "2146237932"]
+    text = trips("Origin 2146237932\n 113707 : 3.0;\nOrigin\t1000036\n 113707 : 4.0;\n", zones=284)
+    assert pairs(read(tmp_path, text, network)) == {
+        ("2146237932", "113707"): 3.0,
+        ("1000036", "113707"): 4.0,
+    }
