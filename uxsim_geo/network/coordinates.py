@@ -35,28 +35,13 @@ class Coordinates:
 
 def read_coordinates(path: Path, options: TntpOptions, faults: Faults) -> Coordinates | None:
     """Read a node file; None, and at least one fault, where nothing can be made of it."""
-    crs = options.crs
-    if path.suffix.lower() in (".geojson", ".json"):
-        read = _read_geojson(path, faults)
-        if read is None:
-            return None
-        table, own_crs = read
-        crs = crs or own_crs
-    else:
-        rows = read_rows(path, faults, names=("node", "x", "y"))
-        columns = [
-            next((name for name in names if rows is not None and name in rows.names), None)
-            for names in (ID_NAMES, X_NAMES, Y_NAMES)
-        ]
-        if rows is None:
-            return None
-        if None in columns:
-            faults.add(f"must have the columns node, x and y (here: {', '.join(rows.names)})")
-            return None
-        node, x, y = (str(name) for name in columns)
-        table = pd.DataFrame({"node_id": id_column(rows, node, faults)})
-        table = table.assign(x=number_column(rows, x, faults), y=number_column(rows, y, faults))
+    geojson = path.suffix.lower() in (".geojson", ".json")
+    read = _read_geojson(path, faults) if geojson else _read_tntp(path, faults)
+    if read is None:
+        return None
+    table, own_crs = read
     _add_table_faults(table, faults)
+    crs = options.crs or own_crs
     if crs is None:
         faults.add(
             "the reference system of the coordinates must be stated as crs, for instance "
@@ -67,6 +52,22 @@ def read_coordinates(path: Path, options: TntpOptions, faults: Faults) -> Coordi
         return Coordinates(table, None)
     _add_crs_faults(table, crs, faults)
     return Coordinates(table, crs)
+
+
+def _read_tntp(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None] | None:
+    rows = read_rows(path, faults, names=("node", "x", "y"))
+    if rows is None:
+        return None
+    found = [
+        next((name for name in names if name in rows.names), "")
+        for names in (ID_NAMES, X_NAMES, Y_NAMES)
+    ]
+    if not all(found):
+        faults.add(f"must have the columns node, x and y (columns here: {', '.join(rows.names)})")
+        return None
+    node, x, y = found
+    table = pd.DataFrame({"node_id": id_column(rows, node, faults)})
+    return table.assign(x=number_column(rows, x, faults), y=number_column(rows, y, faults)), None
 
 
 def _add_table_faults(table: pd.DataFrame, faults: Faults) -> None:
@@ -97,7 +98,7 @@ def _add_crs_faults(table: pd.DataFrame, crs: str, faults: Faults) -> None:
         )
 
 
-def _read_geojson(path: Path, faults: Faults) -> tuple[pd.DataFrame, str] | None:
+def _read_geojson(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None] | None:
     lines = read_lines(path, faults)
     if lines is None:
         return None

@@ -18,6 +18,7 @@ import pandas as pd
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.rows import whole_where_possible
 from uxsim_geo.network.text import read_bytes, read_lines
 from uxsim_geo.network.tntp_rows import number
 from uxsim_geo.network.units import CAPACITIES, LENGTHS, SPEEDS
@@ -187,7 +188,6 @@ def _set_numbers(
             faults.add(what, line=line, column=name, value=text)
         elif row >= 0:
             values[row], given[row] = value * factor, True
-    whole = column == "lanes" and np.isfinite(values).all() and not (values % 1).any()
-    links[column] = values.astype(np.int64) if whole else values
+    links[column] = whole_where_possible(values) if column == "lanes" else values
     if column in SOURCES:
         links.loc[given, SOURCES[column]] = "given"

@@ -67,6 +67,12 @@ def numbers(column: pd.Series) -> np.ndarray:
     return np.asarray(pd.to_numeric(column, errors="coerce"), dtype=np.float64)
 
 
+def whole_where_possible(values: np.ndarray) -> np.ndarray:
+    """The same as int64 where all are whole numbers, otherwise (some null or broken) float64."""
+    whole = bool(np.isfinite(values).all()) and not (values % 1).any()
+    return values.astype(np.int64) if whole else values
+
+
 def lacking(column: pd.Series) -> np.ndarray:
     """Where a text column has nothing: null, empty or blank."""
     text = column.astype("str").str.strip()

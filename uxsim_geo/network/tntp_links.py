@@ -19,6 +19,7 @@ import pandas as pd
 from uxsim_geo.network.check import PLACEHOLDER
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.placeholders import is_copy
+from uxsim_geo.network.rows import whole_where_possible
 from uxsim_geo.network.tntp_net import NetFile
 from uxsim_geo.network.tntp_options import TntpOptions
 from uxsim_geo.network.units import Quantity, Unit
@@ -70,7 +71,7 @@ def links_table(net: NetFile, options: TntpOptions, notes: Notes) -> pd.DataFram
             "from_node_id": table["from_node_id"],
             "to_node_id": table["to_node_id"],
             "length": length,
-            "lanes": lanes,
+            "lanes": whole_where_possible(lanes),
             "free_speed": speed,
             "jam_density": options.jam_density,
             "capacity": capacity,
@@ -84,8 +85,6 @@ def links_table(net: NetFile, options: TntpOptions, notes: Notes) -> pd.DataFram
     )
     text = ["road_class", "name", "source_id", "lanes_source", "free_speed_source"]
     links[text] = links[text].astype("str")
-    if not np.isnan(lanes).any() and not (lanes % 1).any():
-        links["lanes"] = lanes.astype(np.int64)
     _note_capacity_above_diagram(links, notes)
     own = [name for name in table if name not in ("from_node_id", "to_node_id", "line")]
     return links.join(table[own].add_prefix("tntp_"))
@@ -93,28 +92,34 @@ def links_table(net: NetFile, options: TntpOptions, notes: Notes) -> pd.DataFram
 
 def _free_speed(known: Conversion, link_id: pd.Series) -> tuple[np.ndarray, np.ndarray]:
     """Free speed (m/s; NaN where it cannot be known) and its source, given or assumed."""
-    options, table = known.options, known.table
+    options, notes = known.options, known.notes
     if _speed_is_unknown(known):
-        return np.full(len(table), np.nan), np.full(len(table), None, dtype=object)
-    length = known.si("length", "length")
+        return np.full(len(link_id), np.nan), np.full(len(link_id), None, dtype=object)
     if options.free_speed_from == "time":
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = length / known.si("free_flow_time", "time")
-        found = np.where(length > 0, found, _typical_speed(found, options))
+        found, assumed = _speed_from_time(known)
     else:
         found = known.si("speed", "speed")
+        assumed = np.zeros(len(found), dtype=bool)
+        ids = list(link_id[found == 0])
+        notes.add_each("no free speed", "the file says speed 0: left empty", ids)
         found = np.where(found == 0, np.nan, found)
-        none = np.isnan(found)
-        note = "the file says speed 0: no free speed"
-        known.notes.add_each("no free speed", note, list(link_id[none]))
     speed = np.clip(found, options.min_speed, options.max_speed)
     moved = (speed != found) & ~np.isnan(found)
     note = f"free speed (value, m/s) moved into {options.min_speed:g} to {options.max_speed:g} m/s"
-    known.notes.add_each(
-        "free speed clipped", note, list(link_id[moved]), values=found[moved].tolist()
-    )
-    source = np.where(moved | (length == 0), "assumed", "given").astype(object)
+    ids, values = list(link_id[moved]), found[moved].tolist()
+    notes.add_each("free speed clipped", note, ids, values=values)
+    source = np.where(moved | assumed, "assumed", "given").astype(object)
+    source[np.isnan(speed)] = None
     return speed, source
+
+
+def _speed_from_time(known: Conversion) -> tuple[np.ndarray, np.ndarray]:
+    """Length / time, and where the typical speed stands for it, since the length is 0."""
+    length = known.si("length", "length")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = length / known.si("free_flow_time", "time")
+    none = length == 0
+    return np.where(none, _typical_speed(found, known.options), found), none
 
 
 def _speed_is_unknown(known: Conversion) -> bool:

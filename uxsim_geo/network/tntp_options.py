@@ -91,6 +91,9 @@ class TntpOptions:
         if not self.infinite_capacity > 0:
             value = self.infinite_capacity
             faults.add("must be above 0", column="infinite_capacity", value=value)
+        if self.first_thru_node is not None and self.first_thru_node < 1:
+            value = self.first_thru_node
+            faults.add("must be a node's number, 1 or more", column="first_thru_node", value=value)
         if self.min_speed > self.max_speed:
             faults.add("must not exceed max_speed", column="min_speed", value=self.min_speed)
         for quantity in ("length", "time", "speed", "capacity"):
