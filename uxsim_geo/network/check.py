@@ -100,7 +100,8 @@ def _add_missing_value_faults(faults: Faults, network: Network, column: str) -> 
         told = notes.loc[(notes["topic"] == PLACEHOLDER) & (notes["value"] == column), "note"]
         why = "".join(f"; {note}" for note in told)
     ids = network.links["link_id"]
-    add_rows(faults, values.isna(), f"no {column}: give it in an overrides table{why}", ids=ids)
+    advice = f"give it in an overrides table{why}"
+    add_rows(faults, values.isna(), f"no {column}", ids=ids, advice=advice)
 
 
 def _add_number_faults(faults: Faults, links: pd.DataFrame, column: str) -> None:

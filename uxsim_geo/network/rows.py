@@ -23,12 +23,17 @@ def add_missing_columns(faults: Faults, table: pd.DataFrame, required: Iterable[
 
 
 def add_rows(
-    faults: Faults, wrong: np.ndarray | pd.Series, what: str, *, ids: pd.Series | None = None
+    faults: Faults,
+    wrong: np.ndarray | pd.Series,
+    what: str,
+    *,
+    ids: pd.Series | None = None,
+    advice: str = "",
 ) -> None:
     """Note the rows where ``wrong`` (boolean, one a row) holds, if any.
 
     ``what`` follows "3 rows have"; with ``ids`` (one a row) the rows are named by them,
-    otherwise by their number, counted from 1.
+    otherwise by their number, counted from 1. ``advice`` says what to do about it.
     """
     rows = np.flatnonzero(np.asarray(wrong, dtype=bool))
     if not len(rows):
@@ -40,7 +45,7 @@ def add_rows(
         named = [str(ids.iloc[row]) for row in rows[:NAMED_ROWS]]
         place = str(ids.name)
     have = "1 row has" if len(rows) == 1 else f"{len(rows)} rows have"
-    faults.add(f"{have} {what} ({place} {listed(named, len(rows))})")
+    faults.add(f"{have} {what} ({place} {listed(named, len(rows))}){advice and ': '}{advice}")
 
 
 def count(number: int, thing: str) -> str:

@@ -136,10 +136,11 @@ def _speed_is_unknown(known: Conversion) -> bool:
             severity="warning",
         )
     if none:
-        sample = ", ".join(f"{value:g}" for value in table[column].iloc[:6])
+        first = table[column].iloc[: 6 if table[column].nunique() > 1 else 1]
+        sample = ", ".join(f"{value:g}" for value in first)
         notes.add(
             PLACEHOLDER,
-            f"the file's {column} was not measured ({sample} ... on all {len(table)} links)",
+            f"the file's {column} was not measured ({sample} on and on, {len(table)} links)",
             element="link",
             severity="warning",
             value="free_speed",

@@ -156,10 +156,10 @@ def _add_unit_faults(net: NetFile, options: TntpOptions, used: list[str], faults
         quantity = QUANTITIES[name]
         unit = options.unit(quantity)
         if unit is None:
-            sample = ", ".join(f"{value:g}" for value in table[name].iloc[:3])
+            sample = ", ".join(f"{value:g}" for value in table[name].drop_duplicates().iloc[:4])
             faults.add(
-                f"the unit of this column must be stated as {quantity}_unit: the file does not "
-                f"say what {sample} ... are",
+                f"the unit of this column must be stated as {quantity}_unit: the format has no "
+                f"place for it, and {sample} ... could be anything",
                 column=name,
             )
         elif unit.per_lane and "lanes" not in table:
