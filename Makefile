@@ -41,7 +41,7 @@ check-types: $(INSTALLED_FOR_TEST)
 	$(BIN)/mypy
 
 check-layers: $(INSTALLED_FOR_TEST)
-	$(BIN)/lint-imports --quiet
+	$(BIN)/lint-imports --no-logo
 
 unit-test: $(INSTALLED_FOR_TEST)
 	$(BIN)/python -m pytest

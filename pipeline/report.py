@@ -108,6 +108,22 @@ def _write_geopackage(material: Material, path: Path) -> None:
     write_geopackage(path, material.network, material.states, description)
 
 
+def _write_network_state(material: Material, path: Path) -> None:
+    from uxsim_geo.analysis.link_states import link_totals
+    from uxsim_geo.export.plots import network_state_figure, save_figure
+
+    totals = link_totals(material.network, material.states)
+    save_figure(network_state_figure(material.network, totals, material.config.name), path)
+
+
+def _write_mfd(material: Material, path: Path) -> None:
+    from uxsim_geo.analysis.network_states import network_states
+    from uxsim_geo.export.plots import mfd_figure, save_figure
+
+    states = network_states(material.network, material.states)
+    save_figure(mfd_figure(states, material.config.name), path)
+
+
 def _information(material: Material) -> dict[str, object]:
     """Return what run_info says: nothing that differs between two equal runs."""
     import uxsim_geo.version
@@ -129,4 +145,6 @@ def _information(material: Material) -> dict[str, object]:
 #: name of the file and the function that writes it, by the output's name in a configuration
 OUTPUTS: dict[Output, tuple[str, Callable[[Material, Path], None]]] = {
     "geopackage": ("results.gpkg", _write_geopackage),
+    "network_state": ("network_state.png", _write_network_state),
+    "mfd": ("mfd.png", _write_mfd),
 }

@@ -1,0 +1,254 @@
+"""The command line as its users meet it: statuses, messages, and what is left on disk."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import REPOSITORY
+from small_run import CONFIG, NET, TRIPS, write_small_run
+
+from pipeline.cli import main
+from uxsim_geo.version import __version__
+
+
+def run(folder: Path, *options: str, command: str = "run") -> int:
+    return main([command, str(folder / "small.yaml"), "--out", str(folder / "runs"), *options])
+
+
+@pytest.fixture
+def finished(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    """A finished run: its folder."""
+    write_small_run(tmp_path)
+    assert run(tmp_path) == 0
+    capsys.readouterr()
+    return tmp_path / "runs" / "small"
+
+
+def test_help_and_version_load_nothing_heavy() -> None:
+    code = (
+        "import sys\n"
+        "from pipeline.cli import main\n"
+        "try:\n"
+        "    main(['--help'])\n"
+        "except SystemExit as end:\n"
+        "    assert end.code == 0\n"
+        "heavy = {'numpy', 'pandas', 'numba', 'pydantic', 'rich', 'yaml', 'geopandas'}\n"
+        "print(sorted(heavy & set(sys.modules)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=REPOSITORY, check=True, capture_output=True, text=True
+    )
+    assert "inspect" in done.stdout
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_version_as_a_module() -> None:
+    command = [sys.executable, "-m", "pipeline", "--version"]
+    done = subprocess.run(command, cwd=REPOSITORY, check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["uxsim-geo", __version__]
+
+
+def test_run_ends_with_a_table_and_the_paths(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_run(tmp_path)
+    assert run(tmp_path) == 0
+    shown = capsys.readouterr()
+    figures = json.loads((tmp_path / "runs/small/summary.json").read_text())
+    assert figures["vehicles_completed"] == 100
+    (row,) = (line for line in shown.out.splitlines() if "vehicles completed" in line)
+    assert "100" in row
+    assert "veh" in row
+    for name in ("config.yaml", "manifest.json", "events.parquet", "results.gpkg", "summary.json"):
+        assert f"runs/small/{name}" in shown.out.replace("\n", "")
+        assert (tmp_path / "runs/small" / name).is_file()
+    assert [line.partition(":")[0] for line in shown.err.splitlines() if line[0] != " "] == [
+        "ingest",
+        "simulate",
+        "report",
+    ]
+
+
+def test_quiet_says_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_small_run(tmp_path)
+    assert run(tmp_path, "--quiet") == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_one_stage_runs_those_before_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_small_run(tmp_path)
+    assert run(tmp_path, command="simulate") == 0
+    names = {path.name for path in (tmp_path / "runs/small").iterdir()}
+    assert {"network", "events.parquet", "trips.parquet"} <= names
+    assert "summary.json" not in names
+    assert "vehicles completed" not in capsys.readouterr().out
+
+
+def test_seed_goes_into_summary_and_manifest(tmp_path: Path) -> None:
+    write_small_run(tmp_path)
+    assert run(tmp_path, "--seed", "7", "--quiet") == 0
+    folder = tmp_path / "runs/small"
+    assert json.loads((folder / "summary.json").read_text())["seed"] == 7
+    assert json.loads((folder / "manifest.json").read_text())["run"]["seed"] == 7
+
+
+WRONG_INPUTS = {
+    "net.tntp": {
+        "empty": (b"", "is empty"),
+        "cut in a row": (NET[:-40].encode(), "net.tntp"),
+        "binary": (bytes(range(256)), "net.tntp"),
+        "letters in a number": (NET.replace(" 1000 ", " 1ooo ").encode(), "1ooo"),
+        "negative length": (NET.replace(" 1000 ", " -1000 ").encode(), "-1000"),
+        "zero capacity": (NET.replace("3 4 1800", "3 4 0").encode(), "capacity"),
+        "unknown node": (NET.replace(" 3 4 ", " 3 9 ").encode(), "9"),
+    },
+    "trips.tntp": {
+        "empty": (b"", "is empty"),
+        "cut in a row": (TRIPS[:-2].encode(), "semicolon"),
+        "binary": (bytes(range(256)), "trips.tntp"),
+        "letters in a number": (TRIPS.replace(": 100.0", ": 1OO").encode(), "1OO"),
+        "unknown zone": (TRIPS.replace(" 2 :", " 9 :").encode(), "unknown zone"),
+    },
+    "small.yaml": {
+        "empty": (b"", "is empty"),
+        "binary": (bytes(range(256)), "small.yaml"),
+        "unknown key": (CONFIG.replace("duration_s", "duratoin_s").encode(), "duration_s?"),
+        "wrong type": (CONFIG.replace("1200", "soon").encode(), "found 'soon'"),
+        "missing file": (CONFIG.replace("net.tntp", "gone.tntp").encode(), "no such file"),
+        "folder for a file": (CONFIG.replace("net.tntp", ".").encode(), "is a folder"),
+        "no unit": (CONFIG.replace("  length_unit: m\n", "").encode(), "length_unit"),
+        "no capacity unit": (CONFIG.replace("  capacity_unit: veh/h\n", "").encode(), "capacity"),
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "case"), [(name, case) for name, cases in WRONG_INPUTS.items() for case in cases]
+)
+def test_wrong_input_is_said_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, case: str
+) -> None:
+    write_small_run(tmp_path)
+    content, expected = WRONG_INPUTS[name][case]
+    (tmp_path / name).write_bytes(content)
+    assert run(tmp_path) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "Traceback" not in shown.err
+    assert expected in shown.err
+    assert all(line.startswith("error: ") for line in shown.err.splitlines())
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "inspect", "verify"])
+def test_path_that_is_not_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    assert main([command, str(tmp_path / "nothing")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_folder_in_place_of_a_configuration(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(tmp_path)]) == 2
+    assert "directory" in capsys.readouterr().err
+
+
+def test_file_in_the_way_of_the_run_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_run(tmp_path)
+    (tmp_path / "runs").write_text("in the way")
+    assert run(tmp_path) == 2
+    assert "a file is in the way" in capsys.readouterr().err
+
+
+def test_wrong_input_later_keeps_what_was_finished(finished: Path) -> None:
+    before = {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()}
+    (finished.parents[1] / "trips.tntp").write_text("Origin", encoding="utf-8")
+    assert run(finished.parents[1]) == 2
+    after = {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()}
+    assert after == before
+
+
+def test_verify_finds_a_changed_byte(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(finished)]) == 0
+    path = finished / "events.parquet"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+    assert main(["verify", str(finished)]) == 1
+    assert "events.parquet: is not what the run wrote" in capsys.readouterr().err
+
+
+def test_verify_finds_missing_and_unknown_files(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "summary.json").unlink()
+    (finished / "strange.txt").write_text("?")
+    assert main(["verify", str(finished)]) == 1
+    shown = capsys.readouterr()
+    assert "summary.json: is missing" in shown.err
+    assert "strange.txt" in shown.out
+
+
+def test_verify_mentions_a_source_that_has_changed(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trips = finished.parents[1] / "trips.tntp"
+    trips.write_text(trips.read_text().replace("100.0", "50.0"))
+    assert main(["verify", str(finished)]) == 0
+    assert "trips.tntp: has changed since" in capsys.readouterr().out
+
+
+def test_verify_needs_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(tmp_path)]) == 2
+    assert "manifest.json" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("", ["run small", "vehicles completed", "links"]),
+        ("network", ["free speed", "72", "km/h", "CRS"]),
+        ("results.gpkg", ["link_states", "link_times", "rows"]),
+        ("events.parquet", ["60 rows", "exit_s", "float64"]),
+    ],
+)
+def test_inspect_shows_a_screenful(
+    finished: Path, capsys: pytest.CaptureFixture[str], name: str, expected: list[str]
+) -> None:
+    assert main(["inspect", str(finished / name)]) == 0
+    shown = capsys.readouterr().out
+    assert all(word in shown for word in expected)
+    assert len(shown.splitlines()) <= 50
+
+
+def test_inspect_refuses_what_it_does_not_know(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "other.gpkg").write_bytes(b"no database")
+    (finished / "other.parquet").write_bytes(b"no table")
+    for name in ("other.gpkg", "other.parquet", "summary.json"):
+        assert main(["inspect", str(finished / name)]) == 2
+        assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_unexpected_failure_is_one_line_and_a_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("of a kind that nobody foresaw")
+
+    write_small_run(tmp_path)
+    monkeypatch.setattr("uxsim_geo.network.tntp.read_tntp_network", fail)
+    assert run(tmp_path) == 1
+    shown = capsys.readouterr().err
+    assert shown.startswith("error: ZeroDivisionError: of a kind that nobody foresaw")
+    assert shown.count("\n") == 1
+    assert "Traceback" in (tmp_path / "runs/small/run.log").read_text()
