@@ -28,7 +28,7 @@ def topics(network: Network) -> dict[str, str]:
 
 
 def test_units_speed_lanes_and_capacity_by_hand(tmp_path: Path) -> None:
-    rows = [row(1, 2, 5400, 2, 2), row(2, 1, 900, 1, 1.2), row(2, 3, 4500, 0.5, 1)]
+    rows = [row(1, 2, 5400, 2, 2), row(2, 1, 4800, 1, 1.2), row(2, 3, 4500, 0.5, 1)]
     network = read(tmp_path, net(rows, zones=3))
     links = network.links
     assert tuple(links.columns[:14]) == LINK_COLUMNS
@@ -36,8 +36,8 @@ def test_units_speed_lanes_and_capacity_by_hand(tmp_path: Path) -> None:
     assert list(links["link_id"]) == ["1-2", "2-1", "2-3"]
     assert links["length"].tolist() == [2000.0, 1000.0, 500.0]
     assert links["free_speed"].to_numpy() == pytest.approx([1000 / 60, 1000 / 72, 500 / 60])
-    assert links["lanes"].tolist() == [3, 1, 2]  # 0.5 rounds up to 1, 2.5 to the even 2
-    assert links["capacity"].to_numpy() == pytest.approx([1.5, 0.25, 1.25], rel=1e-15)
+    assert links["lanes"].tolist() == [3, 3, 2]  # 2.67 rounds up, 2.5 to the even 2
+    assert links["capacity"].to_numpy() == pytest.approx([1.5, 4 / 3, 1.25], rel=1e-15)
     assert set(links["free_speed_source"]) == {"given"}
     assert set(links["lanes_source"]) == {"assumed"}
     assert links["tntp_power"].tolist() == [4.0, 4.0, 4.0]
@@ -295,9 +295,18 @@ def test_without_coordinates_a_map_is_laid_out_the_same_every_time(tmp_path: Pat
 
 
 def test_flows_are_joined_by_their_ends(tmp_path: Path) -> None:
-    flow = write(
-        tmp_path, "flow.tntp", "From \tTo \tVolume \tCost \n2 \t1 \t20.5 \t1 \n1 \t2 \t7 \t3\n"
-    )
-    network = read(tmp_path, net([row(1, 2), row(2, 1)]), flow=flow)
-    assert network.links["tntp_volume"].tolist() == [7.0, 20.5]
-    assert network.links["tntp_cost"].tolist() == [3.0, 1.0]
+    text = "From \tTo \tVolume \tCost \n2 \t1 \t20.5 \t1 \n1 \t2 \t7 \t3\n"
+    flow = write(tmp_path, "flow.tntp", text)
+    network = read(tmp_path, net([row(1, 2), row(2, 1), row(2, 3)]), flow=flow)
+    volume, cost = network.links["tntp_volume"], network.links["tntp_cost"]
+    assert volume.to_numpy() == pytest.approx([7.0, 20.5, np.nan], nan_ok=True)
+    assert cost.to_numpy() == pytest.approx([3.0, 1.0, np.nan], nan_ok=True)
+    assert topics(network)["flow missing"] == "1"
+
+
+def test_capacities_are_kept_where_lanes_carry_less(tmp_path: Path) -> None:
+    """At 6 m/s a lane carries 6·0.2/(1+6·0.2) = 0.545 veh/s; 2400 veh/h are 0.667 and one lane."""
+    network = read(tmp_path, net([row(1, 2, 2400, 0.36, 1), row(2, 1, 1900, 0.36, 1)]))
+    assert network.links["lanes"].tolist() == [1, 1]
+    assert network.links["capacity"].to_numpy() == pytest.approx([2400 / 3600, 1900 / 3600])
+    assert topics(network)["capacity above diagram"] == "1"
