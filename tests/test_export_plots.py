@@ -1,0 +1,133 @@
+"""Plots: what is drawn where, how wide and in which colour."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pytest
+from mapped_network import states_with_a_queue, two_way_road
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from newell_link import network_of
+from shapely.geometry import LineString
+
+from uxsim_geo.analysis.link_states import link_totals
+from uxsim_geo.analysis.network_states import network_states
+from uxsim_geo.export.colours import SPEED_CLASSES
+from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.plots import mfd_figure, network_state_figure, save_figure
+from uxsim_geo.network.network import Network
+
+
+def state_figure(network: Network) -> Figure:
+    return network_state_figure(network, link_totals(network, states_with_a_queue(network)), "t")
+
+
+def drawn_traffic(figure: Figure) -> LineCollection:
+    figure.draw_without_rendering()
+    lines = [c for c in figure.axes[0].collections if isinstance(c, LineCollection)]
+    return lines[-1]
+
+
+def texts(figure: Figure) -> set[str]:
+    return {text.get_text() for text in figure.axes[0].texts}
+
+
+def test_links_lie_to_the_right_of_their_direction_and_do_not_overlap() -> None:
+    traffic = drawn_traffic(state_figure(two_way_road()))
+    free, slow = traffic.get_segments()  # the slowest is drawn last, on top
+    assert slow[0][0] < slow[-1][0]
+    assert (slow[:, 1] < 0).all()  # eastwards: right is south
+    assert free[0][0] > free[-1][0]
+    assert (free[:, 1] > 0).all()
+
+
+def test_colour_is_the_speed_and_width_the_volume() -> None:
+    traffic = drawn_traffic(state_figure(two_way_road()))
+    colours = traffic.get_colors()
+    assert colours[0] == pytest.approx(to_rgba(SPEED_CLASSES[-1].colour))  # free speed
+    # 10 vehicles made 1000 m and 975 m in 390 s: 25 % of 20 m/s
+    assert colours[1] == pytest.approx(to_rgba(SPEED_CLASSES[1].colour))
+    free_width, slow_width = traffic.get_linewidths()
+    assert slow_width > free_width
+
+
+def test_a_map_has_a_scale_and_north_or_says_why_not() -> None:
+    assert {"200 m", "N", "a", "b"} <= texts(state_figure(two_way_road()))
+    without = texts(state_figure(two_way_road(None)))
+    assert "coordinates without a reference system: no scale" in without
+    assert "N" not in without
+
+
+def test_nodes_are_named_while_there_is_room() -> None:
+    network = two_way_road()
+    many = Network(network.nodes.loc[network.nodes.index.repeat(40)], network.links)
+    assert "a" not in texts(state_figure(many))
+
+
+def test_unused_links_stay_on_the_map() -> None:
+    network = two_way_road(ways=2)
+    figure = state_figure(network)
+    figure.draw_without_rendering()
+    unused, used = (c for c in figure.axes[0].collections if isinstance(c, LineCollection))
+    assert (len(unused.get_segments()), len(used.get_segments())) == (2, 2)
+
+
+def test_a_network_without_geometry_cannot_be_drawn() -> None:
+    with pytest.raises(ValueError, match="no geometry"):
+        state_figure(network_of([{}, {}]))
+
+
+def test_the_fundamental_diagram_is_in_vehicles_per_hour_and_kilometre() -> None:
+    network = two_way_road()
+    states = network_states(network, states_with_a_queue(network))
+    figure = mfd_figure(states, "t")
+    points = figure.axes[0].collections[0].get_offsets()
+    # first bin: 1975 m x 5 and 1000 m x 5 vehicles; 190 s x 5 and 50 s x 5, on 2 km for 100 s
+    assert np.asarray(points[0]) == pytest.approx([5 * 240 / 2e5 * 1000, 5 * 2975 / 2e5 * 3600])
+    assert "veh/km" in figure.axes[0].get_xlabel()
+    assert "veh/h" in figure.axes[0].get_ylabel()
+
+
+def test_a_saved_picture_says_nothing_of_when_and_by_what(tmp_path: Path) -> None:
+    pictures = []
+    for name in ("one.png", "two.png"):
+        save_figure(state_figure(two_way_road()), tmp_path / name)
+        pictures.append((tmp_path / name).read_bytes())
+    assert pictures[0] == pictures[1]
+    assert pictures[0].startswith(b"\x89PNG")
+    assert b"Software" not in pictures[0]
+    assert {file.name for file in tmp_path.iterdir()} == {"one.png", "two.png"}
+
+
+def test_degrees_become_metres_of_equal_scale() -> None:
+    network = two_way_road()
+    degrees = Network(
+        gpd.GeoDataFrame(network.nodes).to_crs("EPSG:4326"),
+        gpd.GeoDataFrame(network.links).to_crs("EPSG:4326"),
+    )
+    plane = MapPlane.of(degrees)
+    assert plane.metres_per_unit == 1
+    lengths = [line.length for line in plane.lines]
+    assert lengths == pytest.approx([1000, 1000], rel=5e-3)
+
+
+def test_the_scale_bar_is_round_in_metres_whatever_the_unit() -> None:
+    feet = MapPlane.of(two_way_road("EPSG:2263"))
+    bar = feet.scale_bar(1000.0)  # US survey feet: 304.8 m
+    assert bar == (pytest.approx(200 / 0.3048006096), "200 m")
+    assert replace(feet, metres_per_unit=1.0).scale_bar(5300.0) == (5000.0, "5 km")
+    assert replace(feet, metres_per_unit=None).scale_bar(5300.0) is None
+
+
+def test_a_line_that_cannot_be_moved_stays() -> None:
+    network = two_way_road()
+    point = LineString([(0, 0), (0, 0)])
+    plane = replace(MapPlane.of(network), lines=np.array([point, LineString([(0, 0), (9, 0)])]))
+    stayed, moved = plane.to_the_right(np.array([1.0, 1.0]))
+    assert stayed.equals_exact(point, 0)
+    assert moved.bounds == pytest.approx((0, -1, 9, -1))

@@ -1,0 +1,132 @@
+"""The 3D picture: the scene by hand, the drawing, and what happens where nothing can be drawn."""
+
+from __future__ import annotations
+
+from ctypes.util import find_library
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pytest
+from mapped_network import states_with_a_queue, two_way_road
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
+from newell_link import network_of
+from shapely.geometry import LineString
+
+from uxsim_geo.export import space_time
+from uxsim_geo.export.colours import SPEED_CLASSES
+from uxsim_geo.export.space_time import RenderError, space_time_scene, write_space_time
+from uxsim_geo.network.network import Network
+
+OFF_SCREEN = find_library("EGL") is not None or find_library("OSMesa") is not None
+
+
+def winding(network: Network) -> Network:
+    """The same links with one corner each."""
+    lines = [LineString([(0, 0), (500, 100), (1000, 0)])] * len(network.links)
+    return Network(network.nodes, gpd.GeoDataFrame(network.links).set_geometry(lines))
+
+
+def test_ribbons_stand_over_their_links_from_begin_to_end_of_the_bin() -> None:
+    network = two_way_road()
+    scene = space_time_scene(network, states_with_a_queue(network), "t")
+    # the queue in both bins, the way back in the first only
+    assert scene["quads"].reshape(-1, 5).tolist()[0] == [4, 0, 1, 2, 3]
+    corners = scene["points"].reshape(3, 4, 3)
+    assert corners[:, :, 2].tolist() == pytest.approx(
+        np.array([[0, 0, 0.3, 0.3], [0.3, 0.3, 0.6, 0.6], [0, 0, 0.3, 0.3]])
+    )
+    there, back = corners[0], corners[2]
+    assert there[0, 0] < there[1, 0]
+    assert back[0, 0] > back[1, 0]
+    assert there[0, 1] < 0 < back[0, 1]
+    # 1975 m in 190 s, standing, free
+    assert scene["speed"] == pytest.approx([100 * 1975 / 190 / 20, 0, 100])
+    assert scene["road_speed"] == pytest.approx([0, 100])
+
+
+def test_every_straight_piece_of_a_link_gets_a_ribbon() -> None:
+    network = winding(two_way_road())
+    scene = space_time_scene(network, states_with_a_queue(network), "t")
+    assert len(scene["speed"]) == 3 * 2
+    assert len(scene["road_speed"]) == 2 * 2
+    corners = scene["points"].reshape(-1, 4, 3)
+    assert corners[0, 1, :2] == pytest.approx(corners[1, 0, :2])  # one ends where the next begins
+
+
+def test_in_a_large_network_only_what_is_slow_is_drawn() -> None:
+    network = two_way_road(ways=space_time.FEW_LINKS)
+    scene = space_time_scene(network, states_with_a_queue(network), "t")
+    assert len(scene["road_speed"]) == 2 * space_time.FEW_LINKS
+    assert scene["speed"] == pytest.approx([100 * 1975 / 190 / 20, 0])
+    assert "the 2 slowest of 3" in scene["subtitle"]
+
+
+def test_too_many_ribbons_become_straight_and_then_the_slowest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    network = winding(two_way_road())
+    monkeypatch.setattr(space_time, "MOST_QUADS", 2)
+    scene = space_time_scene(network, states_with_a_queue(network), "t")
+    assert scene["speed"] == pytest.approx([100 * 1975 / 190 / 20, 0])
+    assert "the 2 slowest of 3" in scene["subtitle"]
+
+
+def test_the_axes_tell_time_distance_and_north() -> None:
+    network = two_way_road()
+    labels = set(space_time_scene(network, states_with_a_queue(network), "t")["labels"])
+    assert {"time, h:min", "0:00", "200 m", "N"} <= labels
+    nowhere = two_way_road(None)
+    assert "200 m" not in space_time_scene(nowhere, states_with_a_queue(nowhere), "t")["labels"]
+
+
+def test_a_network_without_geometry_cannot_be_drawn(tmp_path: Path) -> None:
+    network = network_of([{}, {}])
+    with pytest.raises(ValueError, match="no geometry"):
+        write_space_time(tmp_path / "a.png", network, states_with_a_queue(network), "t")
+
+
+@pytest.mark.skipif(not OFF_SCREEN, reason="needs libegl1 and libgl1-mesa-dri, or libosmesa6")
+def test_the_picture_shows_the_queue_in_its_colour(tmp_path: Path) -> None:
+    network = two_way_road()
+    path = tmp_path / "space_time.png"
+    write_space_time(path, network, states_with_a_queue(network), "A queue")
+    picture = imread(path)[:, :, :3]
+    assert picture.shape == (1200, 1600, 3)
+    below_the_legend = picture[250:]
+    standing = np.abs(below_the_legend - to_rgb(SPEED_CLASSES[0].colour)).max(axis=2) < 0.05
+    assert np.count_nonzero(standing) > 5000
+    assert [file.name for file in tmp_path.iterdir()] == ["space_time.png"]
+
+
+def test_an_empty_network_is_drawn_without_ribbons() -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network).assign(time=0.0, speed=np.nan)
+    scene = space_time_scene(network, states, "t")
+    assert len(scene["quads"]) == 0
+    assert scene["road_speed"].tolist() == [100, 100]
+
+
+@pytest.mark.skipif(find_library("OSMesa") is not None, reason="OSMesa draws without drivers")
+def test_death_of_the_drawing_process_names_the_packages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # without a screen and without drivers VTK takes the process down
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_DIRS", str(tmp_path / "none"))
+    monkeypatch.setenv("LIBGL_DRIVERS_PATH", str(tmp_path / "none"))
+    network = two_way_road()
+    with pytest.raises(RenderError, match="libegl1 and libgl1-mesa-dri"):
+        write_space_time(tmp_path / "a.png", network, states_with_a_queue(network), "t")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_error_in_the_drawing_process_is_passed_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(space_time, "RENDERER", tmp_path / "gone.py")
+    network = two_way_road()
+    with pytest.raises(RenderError, match="not drawn"):
+        write_space_time(tmp_path / "a.png", network, states_with_a_queue(network), "t")
+    assert list(tmp_path.iterdir()) == []
