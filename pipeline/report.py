@@ -124,6 +124,12 @@ def _write_mfd(material: Material, path: Path) -> None:
     save_figure(mfd_figure(states, material.config.name), path)
 
 
+def _write_space_time(material: Material, path: Path) -> None:
+    from uxsim_geo.export.space_time import write_space_time
+
+    write_space_time(path, material.network, material.states, material.config.name)
+
+
 def _information(material: Material) -> dict[str, object]:
     """Return what run_info says: nothing that differs between two equal runs."""
     import uxsim_geo.version
@@ -147,4 +153,5 @@ OUTPUTS: dict[Output, tuple[str, Callable[[Material, Path], None]]] = {
     "geopackage": ("results.gpkg", _write_geopackage),
     "network_state": ("network_state.png", _write_network_state),
     "mfd": ("mfd.png", _write_mfd),
+    "space_time": ("space_time.png", _write_space_time),
 }
