@@ -46,6 +46,18 @@ def test_ribbons_stand_over_their_links_from_begin_to_end_of_the_bin() -> None:
     assert scene["road_speed"] == pytest.approx([0, 100])
 
 
+def test_a_few_slow_vehicles_do_not_look_like_a_queue() -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network)
+    scene = space_time_scene(network, states, "t")
+    # 9.5 and 10 veh/km of 200 are traffic, 2.5 veh/km on the way back are few
+    assert scene["opacity"][:2] == pytest.approx([space_time.OPACITIES[2], 1])
+    assert scene["opacity"][2] == pytest.approx(space_time.OPACITIES[-1] * 2.5 / 6)
+    sparse = space_time_scene(network, states.assign(density=states["density"] / 100), "t")
+    assert sparse["road_speed"].tolist() == [100, 100]
+    assert (sparse["opacity"] < 0.02).all()
+
+
 def test_every_straight_piece_of_a_link_gets_a_ribbon() -> None:
     network = winding(two_way_road())
     scene = space_time_scene(network, states_with_a_queue(network), "t")

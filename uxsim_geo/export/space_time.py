@@ -29,6 +29,7 @@ FEW_LINKS = 200  # of more, free-flowing ribbons would be a fog: only the slower
 BESIDE = 0.003  # how far a link stands to the right of its road, as a part of that side
 TICK_MINUTES = (5, 10, 15, 20, 30, 60, 120, 180, 240, 360, 720, 1440)
 OPACITIES = (1.0, 1.0, 0.9, 0.3, 0.05)  # of the classes of speed: free traffic hides no queue
+SPARSE = 0.03  # of jam density: states below fade, since a few vehicles are no queue
 TIME_LIMIT = 300.0  # s; software rendering of the largest scene takes a tenth of it
 
 
@@ -57,18 +58,19 @@ def space_time_scene(network: Network, states: pd.DataFrame, title: str) -> dict
 
     points, quads
         corners of the ribbons (n, 3) and faces as VTK counts them: 4, then four rows of points
-    speed
-        of each quad, % of free speed, at most 100
+    speed, opacity
+        of each quad: % of free speed, at most 100, and 0 to 1
     road_points, roads, road_speed
-        the links on the ground, as VTK's polylines, with the lowest speed each ever had
+        the links on the ground, as VTK's polylines, with the lowest speed each ever had while
+        there were more than a few vehicles
     segments, label_points, labels
         the time axis, the scale bar and north: lines (n, 2, 3) and texts at (n, 3)
-    ground, colours, opacities, title, subtitle, speed_title
-        the sheet under the map, and what belongs to each class of speed
+    ground, colours, title, subtitle, speed_title
+        the sheet under the map, and the colours of the classes of speed, which are even
     """
     plane = MapPlane.of(network)
     frame = _Frame.of(plane, float(states["end_s"].max()))
-    percent = _percent(network, states)
+    percent, weight = _percent(network, states), _weight(network, states)
     worth = 100.0 if len(network.links) <= FEW_LINKS else 100 * SPEED_CLASSES[-1].lower
     chosen = np.flatnonzero(percent <= worth)
     pieces = _Pieces.of(plane, frame, len(states) // len(network.links), chosen)
@@ -83,8 +85,8 @@ def space_time_scene(network: Network, states: pd.DataFrame, title: str) -> dict
         "speed": percent[state],
         "speed_title": "speed, % of free speed\n",
         "colours": np.array([speed.colour for speed in SPEED_CLASSES]),
-        "opacities": np.array(OPACITIES),
-        **_roads(pieces, percent),
+        "opacity": _opacity(percent, weight)[state],
+        **_roads(pieces, np.where(weight < 1, np.nan, percent)),
         **frame.axes(),
     }
 
@@ -231,8 +233,23 @@ def _percent(network: Network, states: pd.DataFrame) -> Floats:
     return percent
 
 
+def _weight(network: Network, states: pd.DataFrame) -> Floats:
+    """1 for a state with traffic to speak of, less where a few vehicles were on the link."""
+    jam = network.links["jam_density"].to_numpy(float) * network.links["lanes"].to_numpy(float)
+    few = SPARSE * np.repeat(jam, len(states) // len(network.links))
+    weight: Floats = np.minimum(states["density"].to_numpy(float) / few, 1.0)
+    return weight
+
+
+def _opacity(percent: Floats, weight: Floats) -> Floats:
+    """By class of speed, and fading where one slow vehicle would look like a queue."""
+    speed_class = np.minimum(np.nan_to_num(percent) * len(OPACITIES) / 100, len(OPACITIES) - 1)
+    opacity: Floats = np.array(OPACITIES)[speed_class.astype(int)] * weight
+    return opacity
+
+
 def _subtitle(percent: Floats, shown: int) -> str:
-    ground = "on the ground: the lowest speed of each link"
+    ground = "paler with few vehicles; on the ground: the lowest speed of each link"
     moving = int(np.count_nonzero(~np.isnan(percent)))
     if shown == moving:
         return f"ribbons: every link and time bin with traffic; {ground}"

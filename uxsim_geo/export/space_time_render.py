@@ -70,7 +70,7 @@ def _add_ground(plotter: Plotter, scene: Any) -> None:
 
 
 def _add_ribbons(plotter: Plotter, scene: Any) -> None:
-    """Quads with the colour and the opacity of their class of speed (the classes are even)."""
+    """Quads with the colour of their class of speed; all classes are equally wide."""
     import pyvista as pv
     from matplotlib.colors import ListedColormap
 
@@ -79,13 +79,12 @@ def _add_ribbons(plotter: Plotter, scene: Any) -> None:
         return
     ribbons = pv.PolyData(scene["points"], faces=scene["quads"])
     ribbons.cell_data["speed"] = scene["speed"]
-    classes = np.minimum(scene["speed"] * len(colours) / 100, len(colours) - 1).astype(int)
     plotter.add_mesh(
         ribbons,
         scalars="speed",
         cmap=ListedColormap(colours),
         clim=(0, 100),
-        opacity=scene["opacities"][classes],
+        opacity=scene["opacity"],
         show_scalar_bar=True,
         scalar_bar_args={
             "title": str(scene["speed_title"]),
