@@ -106,15 +106,14 @@ class Slices:
 
         Slices of a group that overlap are taken one after the other by their start.
         """
-        total = np.bincount(self.group, self.vehicles)
-        done = np.cumsum(self.vehicles)
-        before_group = np.concatenate([[0.0], np.cumsum(total)])
-        wanted = before_group[group] + share * total[group]
-        row = np.searchsorted(done, wanted, side="right")
-        first_row = np.searchsorted(self.group, group, side="left")
+        row = np.searchsorted(self.group, group, side="left")
         last_row = np.searchsorted(self.group, group, side="right") - 1
-        row = np.clip(row, first_row, last_row)
-        part = np.clip((wanted - (done - self.vehicles)[row]) / self.vehicles[row], 0.0, 1.0)
+        wanted = share * np.bincount(self.group, self.vehicles)[group]
+        # slice by slice, so that no other group takes part in the sums
+        while (done := (wanted >= self.vehicles[row]) & (row < last_row)).any():
+            wanted -= np.where(done, self.vehicles[row], 0.0)
+            row += done
+        part = np.clip(wanted / self.vehicles[row], 0.0, 1.0)
         moments: Floats = self.start[row] + part * (self.end - self.start)[row]
         return moments
 

@@ -20,7 +20,7 @@ def round_keeping_totals(
     columns: npt.NDArray[np.int64],
     keys: Keys,
 ) -> npt.NDArray[np.int64]:
-    """Round every value up or down so that all row and column totals stay within one.
+    """Round every value up or down so that all totals stay within one: rows, columns and all.
 
     A value is rounded up with a probability equal to its fraction, by draws of its key: dependent
     rounding on a bipartite graph (Gandhi, Khuller, Parthasarathy and Srinivasan 2006). Rows and
@@ -31,11 +31,23 @@ def round_keeping_totals(
     open_edges = np.flatnonzero(fraction > _TINY)
     if open_edges.size == 0:
         return whole.astype(np.int64)
-    row_count = int(rows.max()) + 1
-    ends = np.stack([rows[open_edges], columns[open_edges] + row_count])
-    parts = fraction[open_edges]
-    _round_fractions(parts, ends, keys[open_edges] ^ ROUNDING, int(ends.max()) + 1)
-    whole[open_edges] += parts
+    # One more column fills every row up to a whole number. So no row can change by itself, and
+    # the total of all is held by that column's own.
+    fractions_of_rows = np.bincount(rows[open_edges], fraction[open_edges])
+    slack = np.ceil(fractions_of_rows - _TINY) - fractions_of_rows
+    slack_rows = np.flatnonzero(slack > _TINY)
+    first_column = int(rows.max()) + 1
+    slack_column = first_column + int(columns.max()) + 1
+    parts = np.concatenate([fraction[open_edges], slack[slack_rows]])
+    row_ends = np.concatenate([rows[open_edges], slack_rows])
+    column_ends = np.concatenate(
+        [columns[open_edges] + first_column, np.full(slack_rows.size, slack_column)]
+    )
+    slack_keys = np.zeros(first_column, np.uint64)
+    np.bitwise_xor.at(slack_keys, rows[open_edges], keys[open_edges])
+    edge_keys = np.concatenate([keys[open_edges], slack_keys[slack_rows]]) ^ ROUNDING
+    _round_fractions(parts, np.stack([row_ends, column_ends]), edge_keys, slack_column + 1)
+    whole[open_edges] += parts[: open_edges.size]
     return np.rint(whole).astype(np.int64)
 
 

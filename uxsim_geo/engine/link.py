@@ -151,6 +151,7 @@ def has_place(w: World, q):
     clock = w.clock[0]
     base = clock["platoons_used"]
     if base + 2 * size > w.platoon.size:
+        clock["pool_full"] = 1
         return False
     for number in range(oldest_kept(queue), queue["entered"]):
         w.platoon[base + (number & (2 * size - 1))] = platoon_at(w, queue, number)

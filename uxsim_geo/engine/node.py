@@ -226,12 +226,12 @@ def wait(w: World, q, step, horizon):
     queue, clock = w.queue[q], w.clock[0]
     if queue["ready"] == math.inf or queue["listed_step"] >= 0:
         return
-    target = int(queue["ready"] / clock["step_length"])
+    target = step_of(clock, queue["ready"])
     if queue["ready"] < horizon:
         target = step + 1
         if clock["sleep"]:
             queue["due"] = sleep_until(w, queue)
-            target = int(queue["due"] / clock["step_length"])
+            target = step_of(clock, queue["due"])
     list_for(w, q, max(target, step + 1))
 
 
@@ -254,7 +254,7 @@ def sleep_until(w: World, queue):
 def await_arrival(w: World, q, step):
     """See to it that the first platoon of link q is looked at when it is ready."""
     queue = w.queue[q]
-    target = int(queue["ready"] / w.clock[0]["step_length"])
+    target = step_of(w.clock[0], queue["ready"])
     if target <= step:
         mark(w, queue["end_node"])
     else:
@@ -262,11 +262,27 @@ def await_arrival(w: World, q, step):
 
 
 @kernel
+def step_of(clock, time):
+    """Give the step i in which a time lies: i Δt ≤ time < (i + 1) Δt, rounded as horizons are."""
+    step = int(time / clock["step_length"])
+    if time < step * clock["step_length"]:
+        return step - 1
+    if time >= (step + 1) * clock["step_length"]:
+        return step + 1
+    return step
+
+
+@kernel
 def list_for(w: World, q, step):
-    """List queue q in the calendar under a step; steps beyond the end are not kept."""
-    if step >= w.bucket.size:
+    """List queue q in the calendar under a step, unless it is listed; none is kept beyond the end.
+
+    It is listed already where a platoon was blocked, was listed for the next step, and left after
+    all because its node was visited again in this one. To look too early is no harm.
+    """
+    queue = w.queue[q]
+    if step >= w.bucket.size or queue["listed_step"] >= 0:
         return
-    queue, head = w.queue[q], w.bucket[step]
+    head = w.bucket[step]
     queue["listed_step"] = step
     queue["next"] = head
     w.bucket[step] = q

@@ -67,7 +67,7 @@ class Simulation:
         self.platoons = platoons
         self.settings = settings
         self.wall_s = 0.0
-        self.world, self._row_of_link = build_world(network, platoons, settings, sleep=sleep)
+        self.world, self.row_of_link = build_world(network, platoons, settings, sleep=sleep)
         self._events: list[Records] = []
         self._call(PREPARE, 0)
 
@@ -112,7 +112,8 @@ class Simulation:
         with np.errstate(all="ignore"):  # hashes overflow by design; matters without the JIT only
             while not run(self.world, task, until_step):
                 self._take_events()
-                self._widen_pool()
+                if self.world.clock["pool_full"][0]:
+                    self._widen_pool()
 
     def _take_events(self) -> None:
         clock = self.world.clock[0]
@@ -120,11 +121,10 @@ class Simulation:
         clock["events"] = 0
 
     def _widen_pool(self) -> None:
-        """Give the pool of rings as much again, unless half of it is still free."""
+        """Give the pool of rings as much again."""
         pool = self.world.platoon
-        if self.world.clock[0]["platoons_used"] * 2 > pool.size:
-            wider = np.concatenate([pool, np.zeros_like(pool)])
-            self.world = self.world._replace(platoon=wider)
+        self.world = self.world._replace(platoon=np.concatenate([pool, np.zeros_like(pool)]))
+        self.world.clock["pool_full"] = 0
 
     def _event_table(self, events: Records) -> pd.DataFrame:
         links = self.network.links["link_id"].astype(str)
@@ -132,7 +132,7 @@ class Simulation:
             {
                 "vehicle": events["trip"],
                 "link": pd.Categorical.from_codes(
-                    self._row_of_link[events["link"]], categories=links.tolist()
+                    self.row_of_link[events["link"]], categories=links.tolist()
                 ),
                 "enter_s": events["enter"],
                 "exit_s": events["exit"],

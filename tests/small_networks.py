@@ -1,0 +1,67 @@
+"""Networks and demands of a few rows for the tests of the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
+from uxsim_geo.network.network import Network
+
+Q = 0.8  # veh/s: the capacity of a link as `link` makes it, 20·0.2 / (1 + 20·1·0.2)
+
+
+def link(link_id: str, start: str, end: str, length: float = 1000.0, **other: object) -> dict:
+    """One lane, 20 m/s, 0.2 veh/m, unless told otherwise."""
+    row = {
+        "link_id": link_id,
+        "from_node_id": start,
+        "to_node_id": end,
+        "length": length,
+        "lanes": 1,
+        "free_speed": 20.0,
+        "jam_density": 0.2,
+        "capacity": np.nan,
+        "merge_priority": 1.0,
+    }
+    return row | other
+
+
+def network(links: Iterable[dict], *, no_through: Sequence[str] = ()) -> Network:
+    table = pd.DataFrame(list(links))
+    ids = pd.unique(pd.concat([table["from_node_id"], table["to_node_id"]]))
+    through = [node not in no_through for node in ids]
+    return Network(pd.DataFrame({"node_id": ids, "through_traffic": through}), table)
+
+
+def demand(*rows: tuple[str, str, float, float, float]) -> Demand:
+    """Rows of origin, destination, start_s, end_s, vehicles."""
+    return Demand(pd.DataFrame(rows, columns=list(DEMAND_COLUMNS)))
+
+
+def grid(size: int, length: float = 300.0) -> list[dict]:
+    """Two-way streets; node ids are "row,column"."""
+    links = []
+    for i in range(size):
+        for j in range(size):
+            for a, b in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
+                if 0 <= a < size and 0 <= b < size:
+                    links.append(link(f"{i},{j}-{a},{b}", f"{i},{j}", f"{a},{b}", length))
+    return links
+
+
+def across(size: int, vehicles: float, until: float) -> Demand:
+    """From every node of each side of a grid to every node of the opposite side."""
+    rows = []
+    for a in range(size):
+        for b in range(size):
+            for start, end in (
+                (f"0,{a}", f"{size - 1},{b}"),
+                (f"{size - 1},{a}", f"0,{b}"),
+                (f"{a},0", f"{b},{size - 1}"),
+                (f"{a},{size - 1}", f"{b},0"),
+            ):
+                rows.append((start, end, 0.0, until, vehicles))
+    return demand(*rows)
