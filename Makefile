@@ -26,8 +26,9 @@ INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 help:
 	@sed -n 's/^# //p' Makefile
 
+# modules are compiled when first used, not all of them on installation, so that must be allowed
 demo: $(INSTALLED)
-	@$(BIN)/uxsim-geo run configs/sioux_falls.yaml $(if $(FORCE),--force)
+	@env -u PYTHONDONTWRITEBYTECODE $(BIN)/uxsim-geo run configs/sioux_falls.yaml $(if $(FORCE),--force)
 
 install: $(INSTALLED)
 
