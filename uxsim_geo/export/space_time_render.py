@@ -3,7 +3,7 @@
     python space_time_render.py SCENE.npz PICTURE.png
 
 It knows nothing of traffic: SCENE holds arrays and texts made by
-:mod:`uxsim_geo.export.space_time`, which also says what they mean.
+:mod:`uxsim_geo.export.space_time_scene`, which also says what they mean.
 """
 
 from __future__ import annotations
