@@ -141,6 +141,6 @@ def test_an_error_in_the_drawing_process_is_passed_on(
 ) -> None:
     monkeypatch.setattr(space_time, "RENDERER", tmp_path / "gone.py")
     network = two_way_road()
-    with pytest.raises(RenderError, match="gone.py"):
+    with pytest.raises(RenderError, match=r"gone\.py"):
         write_space_time(tmp_path / "a.png", network, states_with_a_queue(network), "t")
     assert list(tmp_path.iterdir()) == []
