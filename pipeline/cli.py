@@ -7,9 +7,13 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from uxsim_geo.errors import InputError
 from uxsim_geo.version import __version__
+
+if TYPE_CHECKING:
+    from pipeline.runs import RunFolder
 
 DONE = 0
 FAILED = 1
@@ -27,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status: 0 done, 2 input at fault, 1 anything else."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     options = _parser().parse_args(given)
-    options.arguments = given
+    options.arguments, options.folder = given, None
     try:
         status: int = options.command(options)
         return status
@@ -38,6 +42,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("error: interrupted; what was finished before stays", file=sys.stderr)
         return FAILED
+    except Exception as error:  # noqa: BLE001  the last place where it can be told
+        _report_failure(error, options.folder)
+        return FAILED
+
+
+def _report_failure(error: Exception, folder: RunFolder | None) -> None:
+    """Say in a line what went wrong; how it came to that goes to the run's log, if there is one."""
+    what = f"error: {type(error).__name__}: {error}"
+    if folder is not None:
+        folder.log("".join(traceback.format_exception(error)))
+        what = f"{what}; details in {folder.path / 'run.log'}"
+    print(what, file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -89,17 +105,10 @@ def _run(options: argparse.Namespace) -> int:
     config = load_config(options.config, [*options.set, *seed])
     folder = RunFolder(options.out / config.name)
     stages = (ingest.STAGE, simulate.STAGE, report.STAGE)
-    try:
-        with watching(quiet=options.quiet) as watch:
-            run = Run(config, folder, watch, ["uxsim-geo", *options.arguments], stages)
-            problems = run.execute(options.last, force=options.force)
-    except InputError:
-        raise
-    except Exception as error:  # noqa: BLE001  the last place where one can be reported
-        folder.log(traceback.format_exc())
-        what = f"{type(error).__name__}: {error}"
-        print(f"error: {what}; details in {folder.path / 'run.log'}", file=sys.stderr)
-        return FAILED
+    options.folder = folder
+    with watching(quiet=options.quiet) as watch:
+        run = Run(config, folder, watch, ["uxsim-geo", *options.arguments], stages)
+        problems = run.execute(options.last, force=options.force)
     for problem in problems:
         print(f"error: {problem}", file=sys.stderr)
     if not options.quiet:

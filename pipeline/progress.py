@@ -63,7 +63,7 @@ class Terminal:
 
     def say(self, text: str) -> None:
         """Print the line above the bar."""
-        self.bar.print(text, highlight=False)
+        self.bar.console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     def simulated(self, progress: Progress) -> None:
         """Move the bar; it is shown from the first call to the end of the simulation."""

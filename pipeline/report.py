@@ -63,8 +63,7 @@ def _run(task: Task) -> Outcome:
             written.append(name)
         except RenderError as error:
             problems.append(f"{name} could not be drawn: {error}")
-    words = f"{len(written)} files"
-    return Outcome(written, words, problems=problems)
+    return Outcome(written, ", ".join(written), problems=problems)
 
 
 STAGE = Stage("report", ("name", "simulate", "report"), _inputs, _run)

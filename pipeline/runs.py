@@ -92,7 +92,7 @@ class RunFolder:
                 return Manifest()
             stages = {name: _stage_record(entry) for name, entry in data["stages"].items()}
             return Manifest(data["run"], stages)
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             return Manifest()
         except (ValueError, KeyError, TypeError, AttributeError):
             return Manifest()  # damaged: nothing in it counts, every stage is run again
