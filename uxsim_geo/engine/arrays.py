@@ -11,12 +11,12 @@ import pandas as pd
 from uxsim_geo.demand.platoons import Floats, Ints, Platoons
 from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
-from uxsim_geo.engine.records import World
+from uxsim_geo.engine.records import PLATOON, World
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
-_EVENT_BUFFER = 1 << 18  # rows
+_EVENT_BUFFER = 1 << 14  # rows
 Records = npt.NDArray[Any]
 
 
@@ -36,7 +36,8 @@ def build_world(
 
     road = _roads(links, starts[row_of_link], settings)
     queue = _queues(links, road, ends, origins, settings)
-    platoon = _fill_origins(queue, len(links), platoons, queue_of_platoon, destination)
+    size = settings.platoon_size
+    platoon = _fill_origins(queue, platoons, queue_of_platoon, destination, size)
     by_destination = np.argsort(destination, kind="stable").astype(np.int32)
     trips = _trips(platoons, node_of_code)
     largest_link = int(np.max(queue["storage"][: len(links)], initial=0.0)) + 1
@@ -121,7 +122,7 @@ def _queues(
 
 
 def _fill_origins(
-    queue: Records, links: int, platoons: Platoons, queue_of_platoon: Ints, destination: Ints
+    queue: Records, platoons: Platoons, queue_of_platoon: Ints, destination: Ints, size: int
 ) -> Records:
     """Put every platoon into the queue of its origin; gives the pool of rings.
 
@@ -129,9 +130,10 @@ def _fill_origins(
     long, since their mask leaves every number as it is.
     """
     order = np.argsort(queue_of_platoon, kind="stable")
+    counts = np.bincount(queue_of_platoon)
+    links = queue.size - counts.size
     room = links * _FIRST_RING
-    spare = max(room, order.size)  # for the rings that grow
-    pool = np.zeros(room + order.size + spare, records.PLATOON)
+    pool = np.empty(room + order.size + _spare_places(queue["storage"][:links], size), PLATOON)
     home = pool[room : room + order.size]
     home["key"] = platoons.key[order]
     home["enter"] = platoons.depart[order]
@@ -140,13 +142,21 @@ def _fill_origins(
     home["destination"] = destination[order]
     home["vehicles"] = platoons.vehicles[order]
     origin = queue[links:]
-    counts = np.bincount(queue_of_platoon, minlength=origin.size)
     first = np.cumsum(counts) - counts
     origin["base"] = room + first
     origin["mask"] = np.iinfo(np.int64).max
     origin["entered"] = counts
     origin["ready"] = origin["due"] = home["enter"][first]
     return pool
+
+
+def _spare_places(storage: Floats, size: int) -> int:
+    """Count the places that rings take as they grow, should all links fill with full platoons.
+
+    Memory that is never touched costs nothing, and the pool is widened where platoons are smaller.
+    """
+    longest = np.exp2(np.ceil(np.log2(storage / size + 3)))
+    return int(2 * longest.sum())
 
 
 def _trips(platoons: Platoons, node_of_code: Ints) -> Records:
