@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-
 from small_networks import across, demand, grid, link, network
+
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import make_platoons
 from uxsim_geo.draws import CHOICE, combine, unit
@@ -185,9 +185,7 @@ def moves_between_links(simulation: Simulation, result: Result) -> pd.DataFrame:
     link_of_move, trip = moves["link"].to_numpy(), moves["vehicle"].to_numpy()
     node = world.queue["end_node"][link_of_move]
     codes = result.trips["destination"].cat.codes.to_numpy()
-    rank = np.searchsorted(
-        world.destination_node, node_positions(simulation)[codes[trip]]
-    )
+    rank = np.searchsorted(world.destination_node, node_positions(simulation)[codes[trip]])
     return pd.DataFrame(
         {
             "time": moves["exit_s"].to_numpy(),
@@ -254,7 +252,11 @@ def test_the_compiler_changes_nothing(variable: str) -> None:
     paths = os.pathsep.join([str(here), str(here.parent)])
     environment = os.environ | {variable: "1", "PYTHONPATH": paths, "PYTHONWARNINGS": "error"}
     done = subprocess.run(
-        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [hash_of(simulate(*random_case(seed))) for seed in (0, 3, 9)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-
 from small_networks import Q, demand, link, network
+
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
@@ -227,7 +227,11 @@ def test_nobody_passes_a_node_without_through_traffic() -> None:
         link("long", "1", "2", 2000),
         link("from", "2", "c", 100),
     ]
-    rows = (("1", "2", 0.0, 100.0, 20.0), ("1", "c", 0.0, 100.0, 20.0), ("c", "2", 0.0, 100.0, 20.0))
+    rows = (
+        ("1", "2", 0.0, 100.0, 20.0),
+        ("1", "c", 0.0, 100.0, 20.0),
+        ("c", "2", 0.0, 100.0, 20.0),
+    )
     result = simulate(network(links, no_through=["c"]), demand(*rows), Settings(duration=900))
     assert (result.trips["status"] == "completed").all()
     used = {

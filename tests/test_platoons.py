@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.stats import kstest
-
 from small_networks import demand
+
 from uxsim_geo.demand.platoons import make_platoons
 from uxsim_geo.demand.rounding import round_keeping_totals
 from uxsim_geo.draws import combine, text_keys, unit

@@ -42,7 +42,7 @@ class Settings:
 
     @property
     def step(self) -> float:
-        """Δt = τΔn, s: the interval at which nodes are visited and waiting platoons choose again."""
+        """Δt = τΔn, s: how often nodes are visited and waiting platoons choose again."""
         return self.reaction_time * self.platoon_size
 
     def __post_init__(self) -> None:

@@ -54,7 +54,7 @@ def make_platoons(demand: Demand, settings: Settings) -> Platoons:
     pair_keys = combine(node_keys[pair[0]], node_keys[pair[1]])
     rows = Slices.of(table, pair_of_row.reshape(-1))
     if settings.demand_rounding == "conserve":
-        totals = np.bincount(rows.group, rows.vehicles, minlength=pair.shape[1])
+        totals = weighted_counts(rows.group, rows.vehicles, pair.shape[1])
         whole = round_keeping_totals(totals, pair[0], pair[1], pair_keys)
         pair_of_group = np.arange(whole.size)
     else:
@@ -108,7 +108,7 @@ class Slices:
         """
         row = np.searchsorted(self.group, group, side="left")
         last_row = np.searchsorted(self.group, group, side="right") - 1
-        wanted = share * np.bincount(self.group, self.vehicles)[group]
+        wanted = share * weighted_counts(self.group, self.vehicles)[group]
         # slice by slice, so that no other group takes part in the sums
         while (done := (wanted >= self.vehicles[row]) & (row < last_row)).any():
             wanted -= np.where(done, self.vehicles[row], 0.0)
@@ -116,6 +116,11 @@ class Slices:
         part = np.clip(wanted / self.vehicles[row], 0.0, 1.0)
         moments: Floats = self.start[row] + part * (self.end - self.start)[row]
         return moments
+
+
+def weighted_counts(groups: Ints, weights: Floats, size: int = 0) -> Floats:
+    """Sum the weights of every group 0, 1, …, and up to ``size`` groups if there are fewer."""
+    return np.bincount(groups, weights, minlength=size).astype(np.float64)
 
 
 def _full_platoons(vehicles: Floats, size: int) -> Ints:

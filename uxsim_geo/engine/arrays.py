@@ -26,10 +26,10 @@ def build_world(
     """Build all records of a run; also gives the row in the links table of every link."""
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
     table = network.links
-    starts = node_ids.get_indexer(table["from_node_id"].astype(str))
+    starts = node_ids.get_indexer(pd.Index(table["from_node_id"].astype(str)))
     row_of_link = np.argsort(starts, kind="stable").astype(np.int64)
     links = table.iloc[row_of_link]
-    ends = node_ids.get_indexer(links["to_node_id"].astype(str)).astype(np.int64)
+    ends = node_ids.get_indexer(pd.Index(links["to_node_id"].astype(str))).astype(np.int64)
     node_of_code = node_ids.get_indexer(pd.Index(platoons.node_ids)).astype(np.int64)
     origins, queue_of_platoon = np.unique(node_of_code[platoons.origin], return_inverse=True)
     destinations, destination = np.unique(node_of_code[platoons.destination], return_inverse=True)

@@ -88,8 +88,7 @@ def next_pending_from_start(w: World):
     return v
 
 
-
-def _compile_run(sources: str):  # type: ignore[no-untyped-def]
+def _compile_run(sources: str):
     """Compile the one function that Python calls.
 
     The compiled code is kept on disk under the function and what it encloses. It encloses the
@@ -97,7 +96,7 @@ def _compile_run(sources: str):  # type: ignore[no-untyped-def]
     """
 
     @compiled
-    def run(w, task, until_step):  # type: ignore[no-untyped-def]
+    def run(w, task, until_step):
         if len(sources) == 0:
             return False
         if task == PREPARE:

@@ -15,6 +15,6 @@ unit = kernel(draws.unit)
 
 
 @kernel
-def draw(who, where, purpose, counter):  # type: ignore[no-untyped-def]
+def draw(who, where, purpose, counter):
     """Draw from U[0, 1): for whom, where, what for, and the how-manieth time."""
     return unit(combine(combine(who, where ^ purpose), np.uint64(counter)))

@@ -8,7 +8,7 @@ a queue of no length and no limits whose demand is already in it.
 from __future__ import annotations
 
 import os
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,9 +17,12 @@ from numba import njit
 # work itself. Kernels allocate nothing and keep nothing, so they go without: `_nrt` is a private
 # option of numba, and a test holds that it changes nothing but the time. Divisions follow
 # IEEE 754, as numpy's do.
-_COUNT_REFERENCES = "UXSIM_GEO_COUNT_REFERENCES" in os.environ
-kernel = njit(_nrt=_COUNT_REFERENCES, forceinline=True, error_model="numpy")
-compiled = njit(_nrt=_COUNT_REFERENCES, nogil=True, cache=True, error_model="numpy")
+_OPTIONS: dict[str, Any] = {
+    "_nrt": "UXSIM_GEO_COUNT_REFERENCES" in os.environ,
+    "error_model": "numpy",
+}
+kernel = njit(forceinline=True, **_OPTIONS)
+compiled = njit(nogil=True, cache=True, **_OPTIONS)
 
 #: a platoon in a queue: in a link, or waiting in its origin
 PLATOON = np.dtype(
@@ -34,42 +37,41 @@ PLATOON = np.dtype(
     align=True,
 )
 
-#: a link or an origin, seen from its two ends
+#: a link or an origin, seen from its two ends; what is read together stands together
 QUEUE = np.dtype(
     [
+        # what its first platoon wants, and when
+        ("ready", np.float64),  # it may leave from here on, s; inf: the queue is empty
+        ("feasible", np.float64),  # it can make its move from here on, s
+        ("due", np.float64),  # it certainly leaves no earlier, s
+        ("choice", np.int64),  # an out-link, ARRIVE or DEAD_END
+        ("chosen_step", np.int64),  # when that was last drawn
+        ("since_step", np.int64),  # first step of the unbroken run of that draw; -1: always
+        ("listed_step", np.int64),  # where it is in the calendar; -1: not listed
+        ("lost", np.int64),  # openings lost to rivals
+        # its platoons, numbered by entry: where their ring lies, and how many have come and gone
+        ("base", np.int64),
+        ("mask", np.int64),
+        ("left", np.int64),
+        ("entered", np.int64),
+        ("vehicles_entered", np.float64),
+        ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
+        ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
+        ("hole_vehicles", np.float64),  # vehicles up to and with the exit `hole`
+        ("hole", np.int64),  # the exit whose hole let the last entry in; -1: none was needed
         # what it is
+        ("storage", np.float64),  # m κ L, at least a platoon, vehicles
         ("free_time", np.float64),  # L / u, s
         ("hole_time", np.float64),  # L τ κ, s: a hole travels back over the link
         ("entry_headway", np.float64),  # 1 / Q_in, s per vehicle
         ("exit_headway", np.float64),  # 1 / Q_out, s per vehicle
-        ("storage", np.float64),  # m κ L, at least a platoon, vehicles
         ("merge_priority", np.float64),
         ("key", np.uint64),  # its random identity
         ("end_node", np.int64),
-        # its platoons, numbered by entry: where their ring lies, and how many have come and gone
-        ("base", np.int64),
-        ("mask", np.int64),
-        ("entered", np.int64),
-        ("left", np.int64),
-        ("vehicles_entered", np.float64),
+        # the rest
         ("vehicles_left", np.float64),
-        ("hole", np.int64),  # the exit whose hole let the last entry in; -1: none was needed
-        ("hole_vehicles", np.float64),  # vehicles up to and with that exit
-        # its ends
-        ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
-        ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
-        ("ready", np.float64),  # its first platoon may leave from here on; inf: it is empty
-        ("feasible", np.float64),  # its first platoon can make its move from here on
-        ("due", np.float64),  # its first platoon certainly leaves no earlier
-        # what its first platoon wants
-        ("choice", np.int64),  # an out-link, ARRIVE or DEAD_END
-        ("chosen_step", np.int64),  # when it was last drawn
-        ("since_step", np.int64),  # first step of the unbroken run of that draw; -1: always
-        ("lost", np.int64),  # openings lost to rivals
-        ("locked", np.int64),  # 1: it will never move again
-        # where it is in the calendar
-        ("listed_step", np.int64),  # -1: not listed
         ("next", np.int64),  # listed for the same step
+        ("locked", np.int64),  # 1: it will never move again
     ],
     align=True,
 )

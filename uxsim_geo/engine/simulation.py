@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -13,11 +12,9 @@ import pandas as pd
 
 from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import Demand
-from uxsim_geo.demand.platoons import Ints, Platoons, make_platoons
-from uxsim_geo.engine import records
+from uxsim_geo.demand.platoons import Platoons, make_platoons, weighted_counts
 from uxsim_geo.engine.arrays import build_world
 from uxsim_geo.engine.loop import ADVANCE, CLOSE, PREPARE, run
-from uxsim_geo.engine.records import World
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Progress, Result
@@ -127,12 +124,12 @@ class Simulation:
         self.world.clock["pool_full"] = 0
 
     def _event_table(self, events: Records) -> pd.DataFrame:
-        links = self.network.links["link_id"].astype(str)
+        links = pd.Index(self.network.links["link_id"].astype(str))
         return pd.DataFrame(
             {
                 "vehicle": events["trip"],
                 "link": pd.Categorical.from_codes(
-                    self.row_of_link[events["link"]], categories=links.tolist()
+                    self.row_of_link[events["link"]], categories=links
                 ),
                 "enter_s": events["enter"],
                 "exit_s": events["exit"],
@@ -142,7 +139,7 @@ class Simulation:
     def _trip_table(self, events: Records) -> pd.DataFrame:
         platoons, trip = self.platoons, self.world.trip
         nodes = pd.Index(platoons.node_ids)
-        status = pd.Categorical.from_codes(trip["status"], categories=list(STATUS))
+        status = pd.Categorical.from_codes(trip["status"], categories=pd.Index(STATUS))
         return pd.DataFrame(
             {
                 "vehicle": np.arange(trip.size, dtype=np.int32),
@@ -163,4 +160,4 @@ class Simulation:
     def _lengths_of_links_done(self, events: Records) -> npt.NDArray[np.float64]:
         done = events[~np.isnan(events["exit"])]
         metres = self.world.road["length"][done["link"]]
-        return np.bincount(done["trip"], metres, minlength=self.world.trip.size)
+        return weighted_counts(done["trip"], metres, self.world.trip.size)
