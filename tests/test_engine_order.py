@@ -139,8 +139,8 @@ def test_no_move_is_made_before_its_out_link_was_chosen(seed: int) -> None:
     weights = []
     for step in range(simulation.steps):
         simulation.advance(step + 1)
-        if step == 0 or (simulation.world.weight != weights[-1]).any():
-            weights.append(simulation.world.weight.copy())
+        if step == 0 or (simulation.world.routes.weight != weights[-1]).any():
+            weights.append(simulation.world.routes.weight.copy())
         else:
             weights.append(weights[-1])
     result = simulation.result()
@@ -174,7 +174,7 @@ def choice_draw(trip_key: int, link_key: int, step: int) -> float:
 
 def moves_between_links(simulation: Simulation, result: Result) -> pd.DataFrame:
     """Each move from a link to the next, in positions of the engine's records."""
-    world = simulation.world
+    routes, queue = simulation.world.routes, simulation.world.links.queue
     position = np.empty(len(simulation.network.links), int)
     position[simulation.row_of_link] = np.arange(position.size)
     events = result.events.assign(link=position[result.events["link"].cat.codes])
@@ -183,18 +183,18 @@ def moves_between_links(simulation: Simulation, result: Result) -> pd.DataFrame:
     moves = events[following["vehicle"] == events["vehicle"]]
     out_link = following.loc[moves.index, "link"].astype(int).to_numpy()
     link_of_move, trip = moves["link"].to_numpy(), moves["vehicle"].to_numpy()
-    node = world.queue["end_node"][link_of_move]
+    node = queue["end_node"][link_of_move]
     codes = result.trips["destination"].cat.codes.to_numpy()
-    rank = np.searchsorted(world.destination_node, node_positions(simulation)[codes[trip]])
+    rank = np.searchsorted(routes.destination["node"][:-1], node_positions(simulation)[codes[trip]])
     return pd.DataFrame(
         {
             "time": moves["exit_s"].to_numpy(),
             "out_link": out_link,
             "destination": rank,
-            "first_out": world.node["first_out"][node],
-            "last_out": world.node["first_out"][node + 1],
+            "first_out": routes.node["first_out"][node],
+            "last_out": routes.node["first_out"][node + 1],
             "trip_key": simulation.platoons.key[trip],
-            "link_key": world.queue["key"][link_of_move],
+            "link_key": queue["key"][link_of_move],
         }
     )
 
@@ -220,14 +220,15 @@ def test_full_buffers_change_nothing(seed: int) -> None:
     """With room for a few events and no spare ring, the run has to stop and go on all the time."""
     net, dem, settings = random_case(seed)
     simulation = Simulation(net, make_platoons(dem, settings), settings)
-    world = simulation.world
-    used = int(world.clock["platoons_used"][0])
-    fullest = int(world.queue["storage"].max()) + 1
-    simulation.world = world._replace(
-        event=world.event[: max(fullest, 64)].copy(), platoon=world.platoon[:used].copy()
+    links, log = simulation.world.links, simulation.world.log
+    used = int(links.clock["platoons_used"][0])
+    fullest = int(links.queue["storage"].max()) + 1
+    simulation.world = simulation.world._replace(
+        links=links._replace(platoon=links.platoon[:used].copy()),
+        log=log._replace(event=log.event[: max(fullest, 64)].copy()),
     )
     simulation.advance(simulation.steps)
-    assert simulation.world.platoon.size > used
+    assert simulation.world.links.platoon.size > used
     assert hash_of(simulation.result()) == hash_of(simulate(net, dem, settings))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 from numba import njit
@@ -10,8 +12,11 @@ from uxsim_geo import draws
 from uxsim_geo.draws import ROUNDING, Keys
 
 _TINY = 1e-9
-_combine = njit(draws.combine)
-_unit = njit(draws.unit)
+# called by compiled code only: wrappers for Python would take most of the compiler's time
+_OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_inner = njit(**_OPTIONS)
+_combine = _inner(draws.combine)
+_unit = _inner(draws.unit)
 
 
 def round_keeping_totals(
@@ -46,110 +51,115 @@ def round_keeping_totals(
     slack_keys = np.zeros(first_column, np.uint64)
     np.bitwise_xor.at(slack_keys, rows[open_edges], keys[open_edges])
     edge_keys = np.concatenate([keys[open_edges], slack_keys[slack_rows]]) ^ ROUNDING
-    _round_fractions(parts, np.stack([row_ends, column_ends]), edge_keys, slack_column + 1)
+    graph = _graph_of(parts, np.stack([row_ends, column_ends]))
+    trail = _Trail(*(np.full(graph.degree.size, -1) for _ in range(3)))
+    _round_fractions(graph, trail, edge_keys)
     whole[open_edges] += parts[: open_edges.size]
     return np.rint(whole).astype(np.int64)
 
 
+class _Graph(NamedTuple):
+    """Open edges of a bipartite graph: those whose part is neither 0 nor 1 yet."""
+
+    parts: npt.NDArray[np.float64]  # (edges,)
+    ends: npt.NDArray[np.int64]  # (2, edges): vertices
+    edges: npt.NDArray[np.int64]  # (2 edges,): the edges of each vertex in a run, open ones first
+    places: npt.NDArray[np.int64]  # (2, edges): where each edge stands there
+    first: npt.NDArray[np.int64]  # (vertices,): where each vertex's run begins
+    degree: npt.NDArray[np.int64]  # (vertices,): its open edges
+
+
+class _Trail(NamedTuple):
+    """A walk along open edges."""
+
+    path: npt.NDArray[np.int64]  # (vertices,): its edges
+    stops: npt.NDArray[np.int64]  # (vertices,): the vertices met
+    step_of: npt.NDArray[np.int64]  # (vertices,): when each was met, -1: it was not
+
+
+def _graph_of(parts: npt.NDArray[np.float64], ends: npt.NDArray[np.int64]) -> _Graph:
+    flat = ends.ravel()
+    order = np.argsort(flat, kind="stable")
+    places = np.empty_like(order)
+    places[order] = np.arange(order.size)
+    degree = np.bincount(flat)
+    first = np.cumsum(degree) - degree
+    return _Graph(parts, ends, order % parts.size, places.reshape(2, -1), first, degree)
+
+
 @njit(cache=True)
-def _round_fractions(parts, ends, keys, vertices):  # type: ignore[no-untyped-def]
+def _round_fractions(graph, trail, keys):  # type: ignore[no-untyped-def]
     """Turn all parts into 0 or 1: walk along open edges, and settle every cycle or path met."""
-    graph = _adjacency(ends, vertices)
-    degree = graph[3]
-    path, stops = np.empty(vertices, np.int64), np.empty(vertices, np.int64)
-    step_of = np.full(vertices, -1, np.int64)
     draws_made = 0
-    for start in range(vertices):
-        while degree[start] > 0:
-            begin, length, leaf = _walk(graph, ends, start, path, stops, step_of)
+    for start in range(graph.degree.size):
+        while graph.degree[start] > 0:
+            begin, length, leaf = _walk(graph, trail, start)
             if begin < 0:  # from that leaf to a cycle, or to the leaf at the other end
-                begin, length, _ = _walk(graph, ends, leaf, path, stops, step_of)
-            way = path[max(begin, 0) : length]
-            chance = _unit(_combine(keys[way[0]], np.uint64(draws_made)))
+                begin, length, _ = _walk(graph, trail, leaf)
+            begin = max(begin, 0)
+            chance = _unit(_combine(keys[trail.path[begin]], np.uint64(draws_made)))
             draws_made += 1
-            _settle(parts, way, chance)
-            for edge in way:
-                if parts[edge] == 0.0 or parts[edge] == 1.0:
-                    _close(graph, ends, edge)
+            _settle(graph, trail.path, begin, length, chance)
 
 
-@njit
-def _walk(graph, ends, start, path, stops, step_of):  # type: ignore[no-untyped-def]
+@_inner
+def _walk(graph, trail, start):  # type: ignore[no-untyped-def]
     """Walk along open edges until a vertex is met again, or a leaf.
 
-    Gives where in `path` the cycle begins (-1: there is none), the edges gone, the last vertex.
-    `stops` and `step_of` keep the vertices met and when; `step_of` is left as it was found.
+    Gives where in the path the cycle begins (-1: there is none), the edges gone, the last vertex.
     """
     vertex, length, begin, edge = start, 0, -1, -1
     while begin < 0:
-        step_of[vertex], stops[length] = length, vertex
+        trail.step_of[vertex] = length
+        trail.stops[length] = vertex
         edge = _way_on(graph, vertex, edge)
         if edge < 0:
             break
-        path[length] = edge
+        trail.path[length] = edge
         length += 1
-        vertex = ends[0, edge] + ends[1, edge] - vertex
-        begin = step_of[vertex]
+        vertex = graph.ends[0, edge] + graph.ends[1, edge] - vertex
+        begin = trail.step_of[vertex]
     met = length if begin >= 0 else length + 1
     for place in range(met):
-        step_of[stops[place]] = -1
+        trail.step_of[trail.stops[place]] = -1
     return begin, length, vertex
 
 
-@njit
-def _adjacency(ends, vertices):  # type: ignore[no-untyped-def]
-    """List the open edges of every vertex: offsets, edges, the edges' places there, degrees."""
-    degree = np.zeros(vertices, np.int64)
-    for side in range(2):
-        for vertex in ends[side]:
-            degree[vertex] += 1
-    first = np.zeros(vertices + 1, np.int64)
-    first[1:] = np.cumsum(degree)
-    edges = np.empty(first[-1], np.int64)
-    places = np.empty(ends.shape, np.int64)
-    filled = first[:-1].copy()
-    for edge in range(ends.shape[1]):
-        for side in range(2):
-            vertex = ends[side, edge]
-            edges[filled[vertex]] = edge
-            places[side, edge] = filled[vertex]
-            filled[vertex] += 1
-    return first, edges, places, degree
-
-
-@njit
+@_inner
 def _way_on(graph, vertex, came_by):  # type: ignore[no-untyped-def]
     """Give an open edge of the vertex other than the one the walk came by; -1: none."""
-    first, edges, _, degree = graph
-    last = first[vertex] + degree[vertex] - 1
-    if degree[vertex] > 0 and edges[last] != came_by:
-        return edges[last]
-    return edges[last - 1] if degree[vertex] > 1 else -1
+    last = graph.first[vertex] + graph.degree[vertex] - 1
+    if graph.degree[vertex] > 0 and graph.edges[last] != came_by:
+        return graph.edges[last]
+    return graph.edges[last - 1] if graph.degree[vertex] > 1 else -1
 
 
-@njit
-def _settle(parts, path, chance):  # type: ignore[no-untyped-def]
+@_inner
+def _settle(graph, path, begin, length, chance):  # type: ignore[no-untyped-def]
     """Shift what the edges of a path hold, up and down in turn, until one of them is whole."""
-    up = min(np.min(1.0 - parts[path[0::2]]), np.min(parts[path[1::2]]) if path.size > 1 else 1.0)
-    down = min(np.min(parts[path[0::2]]), np.min(1.0 - parts[path[1::2]]) if path.size > 1 else 1.0)
+    up, down = 1.0, 1.0
+    for place in range(begin, length):
+        part = graph.parts[path[place]]
+        rises = (place - begin) % 2 == 0
+        up = min(up, 1.0 - part if rises else part)
+        down = min(down, part if rises else 1.0 - part)
     shift = up if chance * (up + down) < down else -down
-    for place in range(path.size):
-        part = parts[path[place]] + (shift if place % 2 == 0 else -shift)
-        if part < _TINY:
-            part = 0.0
-        elif part > 1.0 - _TINY:
-            part = 1.0
-        parts[path[place]] = part
+    for place in range(begin, length):
+        edge = path[place]
+        part = graph.parts[edge] + (shift if (place - begin) % 2 == 0 else -shift)
+        if part < _TINY or part > 1.0 - _TINY:
+            part = 0.0 if part < 0.5 else 1.0
+            _close(graph, edge)
+        graph.parts[edge] = part
 
 
-@njit
-def _close(graph, ends, edge):  # type: ignore[no-untyped-def]
-    """Take an edge that has become whole out of the lists of its two vertices."""
-    first, edges, places, degree = graph
+@_inner
+def _close(graph, edge):  # type: ignore[no-untyped-def]
+    """Take an edge that has become whole out of the runs of its two vertices."""
     for side in range(2):
-        vertex = ends[side, edge]
-        last = first[vertex] + degree[vertex] - 1
-        other, place = edges[last], places[side, edge]
-        edges[place], edges[last] = other, edge
-        places[side, other], places[side, edge] = place, last
-        degree[vertex] -= 1
+        vertex = graph.ends[side, edge]
+        last = graph.first[vertex] + graph.degree[vertex] - 1
+        other, place = graph.edges[last], graph.places[side, edge]
+        graph.edges[place], graph.edges[last] = other, edge
+        graph.places[side, other], graph.places[side, edge] = place, last
+        graph.degree[vertex] -= 1

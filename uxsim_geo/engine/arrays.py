@@ -11,7 +11,7 @@ import pandas as pd
 from uxsim_geo.demand.platoons import Floats, Ints, Platoons
 from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
-from uxsim_geo.engine.records import PLATOON, World
+from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -38,36 +38,28 @@ def build_world(
     queue = _queues(links, road, ends, origins, settings)
     size = settings.platoon_size
     platoon = _fill_origins(queue, platoons, queue_of_platoon, destination, size)
-    by_destination = np.argsort(destination, kind="stable").astype(np.int32)
-    trips = _trips(platoons, node_of_code)
     largest_link = int(np.max(queue["storage"][: len(links)], initial=0.0)) + 1
     steps = int(np.ceil(settings.duration / settings.step - 1e-9))
     pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
     world = World(
-        clock=_clock(settings, len(links), sleep=sleep),
-        queue=queue,
-        road=road,
-        node=_nodes(network.nodes, starts[row_of_link], queue["end_node"]),
-        into=np.argsort(queue["end_node"], kind="stable").astype(np.int32),
-        platoon=platoon,
-        trip=trips,
-        event=np.empty(max(_EVENT_BUFFER, largest_link), records.EVENT),
-        bucket=np.full(steps, -1, np.int32),
-        pending=pending,
-        pending_words=pending.view(np.uint64),
-        trips_by_destination=by_destination,
-        first_trip=np.searchsorted(destination[by_destination], np.arange(destinations.size + 1)),
-        destination_node=destinations.astype(np.int32),
-        outstanding=np.bincount(destination, platoons.vehicles).astype(np.int64),
-        weight=np.zeros((destinations.size, len(links)), np.float32),
-        cost=np.zeros(len(links), np.int32),
-        distance=np.empty(len(node_ids), np.int32),
-        toward=np.empty(len(node_ids), np.int32),
-        free_time=np.empty(len(node_ids), np.float64),
-        settled=np.empty(len(node_ids), np.int32),
-        heap=np.empty(len(links) + 1, np.int64),
+        links=Links(_clock(settings, len(links), sleep=sleep), queue, platoon),
+        routes=Routes(
+            road=road,
+            node=_nodes(network.nodes, starts[row_of_link], queue["end_node"]),
+            into=np.argsort(queue["end_node"], kind="stable"),
+            destination=_destinations(destinations, destination, platoons.vehicles),
+            weight=np.zeros((destinations.size, len(links)), np.float32),
+            settled=np.empty(len(node_ids), np.int32),
+            heap=np.empty(len(links) + 1, np.int64),
+        ),
+        calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
+        log=Log(
+            trip=_trips(platoons, node_of_code),
+            event=np.empty(max(_EVENT_BUFFER, largest_link), records.EVENT),
+            trips_by_destination=np.argsort(destination, kind="stable").astype(np.int32),
+        ),
     )
-    world.clock["platoons_used"] = len(links) * _FIRST_RING + platoons.depart.size
+    world.links.clock["platoons_used"] = len(links) * _FIRST_RING + platoons.depart.size
     _list_origins(world, len(links))
     return world, row_of_link
 
@@ -179,6 +171,15 @@ def _nodes(table: pd.DataFrame, starts: Ints, end_nodes: Ints) -> Records:
     return node
 
 
+def _destinations(nodes: Ints, destination: Ints, vehicles: Ints) -> Records:
+    """Make the destinations, and one more whose trips would begin where the last one's end."""
+    table = np.zeros(nodes.size + 1, records.DESTINATION)
+    table["node"][:-1] = nodes
+    table["outstanding"][:-1] = np.bincount(destination, vehicles)
+    table["first_trip"][1:] = np.cumsum(np.bincount(destination))
+    return table
+
+
 def _clock(settings: Settings, links: int, *, sleep: bool) -> Records:
     clock = np.zeros(1, records.CLOCK)
     clock["seed"] = settings.seed
@@ -196,10 +197,10 @@ def _clock(settings: Settings, links: int, *, sleep: bool) -> Records:
 
 def _list_origins(world: World, links: int) -> None:
     """List every origin in the calendar under the departure of its first platoon."""
-    queue = world.queue
+    queue, bucket = world.links.queue, world.calendar.bucket
     for q in range(links, queue.size):
-        step = int(queue["ready"][q] / world.clock["step_length"][0])
-        if step < world.bucket.size:
+        step = int(queue["ready"][q] / world.links.clock["step_length"][0])
+        if step < bucket.size:
             queue["listed_step"][q] = step
-            queue["next"][q] = world.bucket[step]
-            world.bucket[step] = q
+            queue["next"][q] = bucket[step]
+            bucket[step] = q

@@ -9,15 +9,22 @@ from uxsim_geo.engine.records import World, kernel
 
 
 @kernel
+def finish_run(w: World):
+    """End a run; False: the buffer of events is full, call again once it has room."""
+    find_locked(w)
+    return write_remaining(w)
+
+
+@kernel
 def write_remaining(w: World):
     """Write events without an exit for the platoons still on links, and the metres gone there.
 
     False: the buffer is full; call again once it has room. It must hold the fullest link.
     """
-    clock = w.clock[0]
+    clock = w.links.clock[0]
     while clock["swept"] < clock["links"]:
-        queue = w.queue[clock["swept"]]
-        if clock["events"] + queue["entered"] - queue["left"] > w.event.size:
+        queue = w.links.queue[clock["swept"]]
+        if clock["events"] + queue["entered"] - queue["left"] > w.log.event.size:
             return False
         write_link(w, clock["swept"])
         clock["swept"] += 1
@@ -27,14 +34,14 @@ def write_remaining(w: World):
 @kernel
 def write_link(w: World, link):
     """Write the platoons on one link."""
-    clock, queue, road = w.clock[0], w.queue[link], w.road[link]
+    clock, queue, road = w.links.clock[0], w.links.queue[link], w.routes.road[link]
     exited, ahead = queue["left"] - 1, 0.0
     for number in range(queue["left"], queue["entered"]):
-        platoon = platoon_at(w, queue, number)
-        exited, ahead = advance_wave(w, queue, road, exited, ahead, clock["end"])
-        metres, _ = position(w, link, number, exited, ahead, clock["end"])
-        w.trip[platoon["trip"]]["covered"] = metres
-        event = w.event[clock["events"]]
+        platoon = platoon_at(w.links, queue, number)
+        exited, ahead = advance_wave(w.links, queue, road, exited, ahead, clock["end"])
+        metres, _ = position(w.links, queue, road, number, exited, ahead, clock["end"])
+        w.log.trip[platoon["trip"]]["covered"] = metres
+        event = w.log.event[clock["events"]]
         event["trip"], event["link"] = platoon["trip"], link
         event["enter"], event["exit"] = platoon["enter"], math.nan
         clock["events"] += 1
@@ -48,19 +55,19 @@ def find_locked(w: World):
     On them the first platoon can only choose links that are full until somebody leaves, and that
     are themselves marked: the largest such set, found by taking away what does not belong.
     """
-    clock = w.clock[0]
+    clock = w.links.clock[0]
     for link in range(clock["links"]):
-        w.queue[link]["locked"] = w.queue[link]["left"] < w.queue[link]["entered"]
+        w.links.queue[link]["locked"] = w.links.queue[link]["left"] < w.links.queue[link]["entered"]
     changed = True
     while changed:
         changed = False
         for link in range(clock["links"]):
-            if w.queue[link]["locked"] and may_move(w, w.queue[link]):
-                w.queue[link]["locked"] = 0
+            if w.links.queue[link]["locked"] and may_move(w, w.links.queue[link]):
+                w.links.queue[link]["locked"] = 0
                 changed = True
     clock["vehicles_locked"] = 0
     for link in range(clock["links"]):
-        queue = w.queue[link]
+        queue = w.links.queue[link]
         if queue["locked"]:
             clock["vehicles_locked"] += int(queue["vehicles_entered"] - queue["vehicles_left"])
 
@@ -68,12 +75,12 @@ def find_locked(w: World):
 @kernel
 def may_move(w: World, queue):
     """Whether the first platoon of a queue has a way on that is open or may open."""
-    platoon, v = platoon_at(w, queue, queue["left"]), queue["end_node"]
+    platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
     ways = False
-    for link in range(w.node[v]["first_out"], w.node[v + 1]["first_out"]):
-        if w.weight[platoon["destination"], link] > 0.0:
+    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
+        if w.routes.weight[platoon["destination"], link] > 0.0:
             ways = True
-            closed = opening(w, link, platoon["vehicles"]) == math.inf
-            if not (closed and w.queue[link]["locked"]):
+            closed = opening(w.links, link, platoon["vehicles"]) == math.inf
+            if not (closed and w.links.queue[link]["locked"]):
                 return True
-    return not ways or w.destination_node[platoon["destination"]] == v
+    return not ways or w.routes.destination[platoon["destination"]]["node"] == v

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-from importlib.resources import files
+from pathlib import Path
 
-from uxsim_geo.engine.close import find_locked, write_remaining
+from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.node import mark, visit
 from uxsim_geo.engine.records import World, compiled, kernel
 from uxsim_geo.engine.routes import find_free_flow_times, update_routes
 
-# what `run` is asked to do
-PREPARE, ADVANCE, CLOSE = 0, 1, 2
-
 
 @kernel
-def advance(w: World, until_step):
-    """Run up to the start of a step; False: a buffer is full, call again once it has room.
+def advance(w: World):
+    """Run up to the start of step `until_step`; False: a buffer is full, call again with room.
 
     Stopping and going on, at whatever steps, changes nothing in the results.
     """
-    clock = w.clock[0]
-    while clock["step"] < until_step:
+    clock = w.links.clock[0]
+    while clock["step"] < clock["until_step"]:
         step = clock["step"]
         if clock["opened_step"] < step:
             if step == clock["update_step"]:
@@ -37,9 +34,9 @@ def advance(w: World, until_step):
 @kernel
 def open_step(w: World, step):
     """Mark the nodes of all queues that the calendar lists for a step."""
-    q = w.bucket[step]
+    q = w.calendar.bucket[step]
     while q >= 0:
-        queue = w.queue[q]
+        queue = w.links.queue[q]
         queue["listed_step"] = -1
         mark(w, queue["end_node"])
         q = queue["next"]
@@ -52,10 +49,10 @@ def visit_pending(w: World, step):
     The order depends on nothing else, so that what happens in one part of the network cannot
     change it in another.
     """
-    clock, v = w.clock[0], -1
+    clock, v = w.links.clock[0], -1
     while clock["pending"] > 0:
         v = next_pending(w, v + 1)
-        w.pending[v] = 0
+        w.calendar.pending[v] = 0
         clock["pending"] -= 1
         if not visit(w, v, step):
             mark(w, v)
@@ -66,10 +63,10 @@ def visit_pending(w: World, step):
 @kernel
 def next_pending(w: World, v):
     """Give the first marked node from v upwards, from the first node on where there is none."""
-    while v < w.pending.size:
-        if v & 7 == 0 and w.pending_words[v >> 3] == 0:
+    while v < w.calendar.pending.size:
+        if v & 7 == 0 and w.calendar.pending_words[v >> 3] == 0:
             v += 8
-        elif w.pending[v]:
+        elif w.calendar.pending[v]:
             return v
         else:
             v += 1
@@ -80,43 +77,40 @@ def next_pending(w: World, v):
 def next_pending_from_start(w: World):
     """Give the first marked node; there must be one."""
     word = 0
-    while w.pending_words[word] == 0:
+    while w.calendar.pending_words[word] == 0:
         word += 1
     v = 8 * word
-    while not w.pending[v]:
+    while not w.calendar.pending[v]:
         v += 1
     return v
 
 
-def _compile_run(sources: str):
-    """Compile the one function that Python calls.
+def _keep_compiled(task, sources: str):
+    """Compile a task, and keep the compiled code on disk.
 
-    The compiled code is kept on disk under the function and what it encloses. It encloses the
-    hash of all kernels' sources, so a change in any of them is seen.
+    It is kept under the function and what that encloses. It encloses the hash of all sources that
+    are compiled, so a change in any of them is seen.
     """
 
     @compiled
-    def run(w, task, until_step):
-        if len(sources) == 0:
-            return False
-        if task == PREPARE:
-            find_free_flow_times(w)
-            return True
-        if task == ADVANCE:
-            return advance(w, until_step)
-        find_locked(w)
-        return write_remaining(w)
+    def run(w):
+        return len(sources) > 0 and task(w)
 
     return run
 
 
 def _hash_of_sources() -> str:
+    engine = Path(__file__).parent
     digest = hashlib.sha256()
-    for source in sorted(files(__package__).iterdir(), key=lambda file: file.name):
-        if source.name.endswith(".py"):
-            digest.update(source.read_bytes())
+    for source in [*sorted(engine.glob("*.py")), engine.parent / "draws.py"]:
+        digest.update(source.read_bytes())
     return digest.hexdigest()
 
 
-#: run(world, task, until_step) -> bool; see `advance` and `write_remaining`
-run = _compile_run(_hash_of_sources())
+_SOURCES = _hash_of_sources()
+#: run_until(world) -> bool: see `advance`
+run_until = _keep_compiled(advance, _SOURCES)
+#: prepare(world) -> True: see `find_free_flow_times`
+prepare = _keep_compiled(find_free_flow_times, _SOURCES)
+#: finish(world) -> bool: see `finish_run`
+finish = _keep_compiled(finish_run, _SOURCES)

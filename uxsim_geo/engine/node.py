@@ -29,30 +29,30 @@ def visit(w: World, v, step):
     False: a buffer is full, and the same visit has to be made again once it has room; what has
     been done until then stands.
     """
-    clock = w.clock[0]
+    clock = w.links.clock[0]
     horizon = min((step + 1) * clock["step_length"], clock["end"])
-    start, stop = w.node[v]["first_in"], w.node[v + 1]["first_in"]
+    start, stop = w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]
     for place in range(start, stop):
-        consider(w, w.into[place], step, horizon)
+        consider(w, w.routes.into[place], step, horizon)
     while True:
         winner = earliest(w, start, stop, horizon)
         if winner < 0:
             break
         if not has_room(w, winner):
             return False
-        taken, time = w.queue[winner]["choice"], w.queue[winner]["feasible"]
+        taken, time = w.links.queue[winner]["choice"], w.links.queue[winner]["feasible"]
         move(w, winner, step)
         consider(w, winner, step, horizon)
         renew_rivals(w, v, taken, time)
     for place in range(start, stop):
-        wait(w, w.into[place], step, horizon)
+        wait(w, w.routes.into[place], step, horizon)
     return True
 
 
 @kernel
 def consider(w: World, q, step, horizon):
     """Work out when the first platoon of queue q could move; inf: not in this step."""
-    queue = w.queue[q]
+    queue = w.links.queue[q]
     queue["feasible"] = math.inf
     if queue["ready"] < horizon:
         if queue["chosen_step"] != step:
@@ -68,12 +68,12 @@ def choose(w: World, q, step):
     of one and the same outcome: no move may be earlier, or platoons would move in their past. A
     platoon with one out-link only has always wanted that.
     """
-    queue = w.queue[q]
-    platoon = platoon_at(w, queue, queue["left"])
+    queue = w.links.queue[q]
+    platoon = platoon_at(w.links, queue, queue["left"])
     destination = platoon["destination"]
     before, unbroken = queue["choice"], queue["chosen_step"] == step - 1
     queue["chosen_step"] = step
-    if w.destination_node[destination] == queue["end_node"]:
+    if w.routes.destination[destination]["node"] == queue["end_node"]:
         queue["choice"] = ARRIVE
         return
     total, options, only = add_up_weights(w, queue["end_node"], destination)
@@ -91,8 +91,8 @@ def choose(w: World, q, step):
 def add_up_weights(w: World, v, destination):
     """Sum the weights of the out-links of node v; how many have any, and the last of them."""
     total, options, only = 0.0, 0, DEAD_END
-    for link in range(w.node[v]["first_out"], w.node[v + 1]["first_out"]):
-        weight = w.weight[destination, link]
+    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
+        weight = w.routes.weight[destination, link]
         if weight > 0.0:
             total += weight
             options += 1
@@ -104,8 +104,8 @@ def add_up_weights(w: World, v, destination):
 def pick(w: World, v, destination, mark):
     """Give the out-link in whose share of the summed weights the mark lies."""
     picked, passed = DEAD_END, 0.0
-    for link in range(w.node[v]["first_out"], w.node[v + 1]["first_out"]):
-        weight = w.weight[destination, link]
+    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
+        weight = w.routes.weight[destination, link]
         if weight > 0.0:
             picked = link
             passed += weight
@@ -119,9 +119,9 @@ def time_of_move(w: World, queue):
     """Time from which the first platoon of a queue can make the move it has chosen."""
     if queue["choice"] < 0:
         return queue["ready"]
-    vehicles = platoon_at(w, queue, queue["left"])["vehicles"]
-    time = max(queue["ready"], opening(w, queue["choice"], vehicles))
-    return max(time, queue["since_step"] * w.clock[0]["step_length"])
+    vehicles = platoon_at(w.links, queue, queue["left"])["vehicles"]
+    time = max(queue["ready"], opening(w.links, queue["choice"], vehicles))
+    return max(time, queue["since_step"] * w.links.clock[0]["step_length"])
 
 
 @kernel
@@ -129,8 +129,8 @@ def earliest(w: World, start, stop, horizon):
     """Give the queue whose first platoon moves next, -1 if none can before the step ends."""
     winner = -1
     for place in range(start, stop):
-        q = w.into[place]
-        if w.queue[q]["feasible"] < horizon and (winner < 0 or goes_before(w, q, winner)):
+        q = w.routes.into[place]
+        if w.links.queue[q]["feasible"] < horizon and (winner < 0 or goes_before(w, q, winner)):
             winner = q
     return winner
 
@@ -142,12 +142,12 @@ def goes_before(w: World, q, other):
     Rivals for the same opening draw lots −ln(1−U)/α; the smallest is that of a link with
     probability α / Σα, whoever else takes part. Origins go before links.
     """
-    mine, theirs = w.queue[q], w.queue[other]
+    mine, theirs = w.links.queue[q], w.links.queue[other]
     if mine["feasible"] != theirs["feasible"]:
         return mine["feasible"] < theirs["feasible"]
     if mine["choice"] != theirs["choice"] or mine["choice"] < 0:
         return False
-    links = w.clock[0]["links"]
+    links = w.links.clock[0]["links"]
     if q >= links or other >= links:
         return q >= links
     return lot(w, mine) < lot(w, theirs)
@@ -156,7 +156,7 @@ def goes_before(w: World, q, other):
 @kernel
 def lot(w: World, queue):
     """Draw the lot of the first platoon of a queue for the opening it waits for."""
-    key = platoon_at(w, queue, queue["left"])["key"]
+    key = platoon_at(w.links, queue, queue["left"])["key"]
     chance = draw(key, queue["key"], MERGE, queue["lost"])
     return -math.log(1.0 - chance) / queue["merge_priority"]
 
@@ -164,18 +164,20 @@ def lot(w: World, queue):
 @kernel
 def has_room(w: World, q):
     """Whether the buffers have room for the move of queue q."""
-    choice = w.queue[q]["choice"]
-    return w.clock[0]["events"] < w.event.size and (choice < 0 or has_place(w, choice))
+    choice = w.links.queue[q]["choice"]
+    if w.links.clock[0]["events"] == w.log.event.size:
+        return False
+    return choice < 0 or has_place(w.links, choice)
 
 
 @kernel
 def move(w: World, q, step):
     """Move the first platoon of queue q to where it goes; it leaves a row in the events."""
-    queue, clock = w.queue[q], w.clock[0]
-    platoon = platoon_at(w, queue, queue["left"])
-    trip, choice, time = w.trip[platoon["trip"]], queue["choice"], queue["feasible"]
+    queue, clock = w.links.queue[q], w.links.clock[0]
+    platoon = platoon_at(w.links, queue, queue["left"])
+    trip, choice, time = w.log.trip[platoon["trip"]], queue["choice"], queue["feasible"]
     if choice >= 0:
-        if enter(w, choice, platoon, time):
+        if enter(w.links, choice, platoon, time):
             await_arrival(w, choice, step)
         if trip["status"] != RUNNING:
             trip["status"] = RUNNING
@@ -184,21 +186,21 @@ def move(w: World, q, step):
     else:
         end_trip(w, platoon, choice, time)
     if q < clock["links"]:
-        event = w.event[clock["events"]]
+        event = w.log.event[clock["events"]]
         event["trip"], event["link"] = platoon["trip"], q
         event["enter"], event["exit"] = platoon["enter"], time
         clock["events"] += 1
-    leave(w, q, time)
+    leave(w.links, q, time)
 
 
 @kernel
 def end_trip(w: World, platoon, choice, time):
     """End a trip at its destination, or where there is no way on."""
-    trip, clock = w.trip[platoon["trip"]], w.clock[0]
+    trip, clock = w.log.trip[platoon["trip"]], w.links.clock[0]
     vehicles = platoon["vehicles"]
     if trip["status"] == RUNNING:
         clock["vehicles_running"] -= vehicles
-    w.outstanding[platoon["destination"]] -= vehicles
+    w.routes.destination[platoon["destination"]]["outstanding"] -= vehicles
     if choice == ARRIVE:
         trip["status"] = COMPLETED
         trip["arrive"] = time
@@ -212,8 +214,8 @@ def renew_rivals(w: World, v, taken, time):
     """Work out again when those can move who wait for an out-link that has just been entered."""
     if taken < 0:
         return
-    for place in range(w.node[v]["first_in"], w.node[v + 1]["first_in"]):
-        rival = w.queue[w.into[place]]
+    for place in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
+        rival = w.links.queue[w.routes.into[place]]
         if rival["feasible"] < math.inf and rival["choice"] == taken:
             if rival["feasible"] == time:
                 rival["lost"] += 1
@@ -223,7 +225,7 @@ def renew_rivals(w: World, v, taken, time):
 @kernel
 def wait(w: World, q, step, horizon):
     """List queue q in the calendar for the step in which its first platoon is to be seen next."""
-    queue, clock = w.queue[q], w.clock[0]
+    queue, clock = w.links.queue[q], w.links.clock[0]
     if queue["ready"] == math.inf or queue["listed_step"] >= 0:
         return
     target = step_of(clock, queue["ready"])
@@ -242,19 +244,19 @@ def sleep_until(w: World, queue):
     That is when the first of its out-links can open, and no later than the next update of routes.
     Rounding must not make it too late: it is put a hair too early.
     """
-    platoon, v = platoon_at(w, queue, queue["left"]), queue["end_node"]
-    bound = w.clock[0]["update_step"] * w.clock[0]["step_length"]
-    for link in range(w.node[v]["first_out"], w.node[v + 1]["first_out"]):
-        if w.weight[platoon["destination"], link] > 0.0:
-            bound = min(bound, opening_bound(w, link, platoon["vehicles"]))
+    platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
+    bound = w.links.clock[0]["update_step"] * w.links.clock[0]["step_length"]
+    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
+        if w.routes.weight[platoon["destination"], link] > 0.0:
+            bound = min(bound, opening_bound(w.links, link, platoon["vehicles"]))
     return max(queue["ready"], bound * (1.0 - 1e-11))
 
 
 @kernel
 def await_arrival(w: World, q, step):
     """See to it that the first platoon of link q is looked at when it is ready."""
-    queue = w.queue[q]
-    target = step_of(w.clock[0], queue["ready"])
+    queue = w.links.queue[q]
+    target = step_of(w.links.clock[0], queue["ready"])
     if target <= step:
         mark(w, queue["end_node"])
     else:
@@ -279,18 +281,18 @@ def list_for(w: World, q, step):
     It is listed already where a platoon was blocked, was listed for the next step, and left after
     all because its node was visited again in this one. To look too early is no harm.
     """
-    queue = w.queue[q]
-    if step >= w.bucket.size or queue["listed_step"] >= 0:
+    queue = w.links.queue[q]
+    if step >= w.calendar.bucket.size or queue["listed_step"] >= 0:
         return
-    head = w.bucket[step]
+    head = w.calendar.bucket[step]
     queue["listed_step"] = step
     queue["next"] = head
-    w.bucket[step] = q
+    w.calendar.bucket[step] = q
 
 
 @kernel
 def mark(w: World, v):
     """Mark a node to be visited in this step."""
-    if w.pending[v] == 0:
-        w.pending[v] = 1
-        w.clock[0]["pending"] += 1
+    if w.calendar.pending[v] == 0:
+        w.calendar.pending[v] = 1
+        w.links.clock[0]["pending"] += 1

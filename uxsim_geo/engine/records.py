@@ -16,12 +16,14 @@ from numba import njit
 # Counting references on every array of the world in every small call costs 13 to 50 times the
 # work itself. Kernels allocate nothing and keep nothing, so they go without: `_nrt` is a private
 # option of numba, and a test holds that it changes nothing but the time. Divisions follow
-# IEEE 754, as numpy's do.
+# IEEE 754, as numpy's do. Wrappers for Python, which no kernel needs, would double the time that
+# compiling takes.
 _OPTIONS: dict[str, Any] = {
     "_nrt": "UXSIM_GEO_COUNT_REFERENCES" in os.environ,
     "error_model": "numpy",
 }
-kernel = njit(forceinline=True, **_OPTIONS)
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+kernel = njit(forceinline=True, **_INNER, **_OPTIONS)
 compiled = njit(nogil=True, cache=True, **_OPTIONS)
 
 #: a platoon in a queue: in a link, or waiting in its origin
@@ -76,23 +78,36 @@ QUEUE = np.dtype(
     align=True,
 )
 
-#: what only the inside of a link needs
+#: a link, as its inside and its routes need it
 ROAD = np.dtype(
     [
         ("length", np.float64),  # m
         ("free_speed", np.float64),  # m/s
         ("spacing", np.float64),  # 1 / (m κ), m per vehicle
         ("lag", np.float64),  # τ / m, s per vehicle
-        ("from_node", np.int64),
+        ("from_node", np.int32),
+        ("cost", np.int32),  # ms, at the last update of routes
     ],
     align=True,
 )
 
 NODE = np.dtype(
     [
+        ("free_time", np.float64),  # s at free flow to the destination at hand
         ("first_out", np.int32),  # its out-links: first_out to the next node's first_out
-        ("first_in", np.int32),  # its in-links, then its origin: likewise in `World.into`
+        ("first_in", np.int32),  # its in-links, then its origin: likewise in `Routes.into`
         ("through", np.int32),  # 0: trips may only start or end here
+        ("distance", np.int32),  # ms to the destination at hand
+        ("toward", np.int32),  # next link on the way there, -1: none
+    ],
+    align=True,
+)
+
+DESTINATION = np.dtype(
+    [
+        ("outstanding", np.int64),  # vehicles under way to it, or to come
+        ("first_trip", np.int64),  # where its trips begin in `Log.trips_by_destination`
+        ("node", np.int32),
     ],
     align=True,
 )
@@ -121,6 +136,7 @@ CLOCK = np.dtype(
         ("step_length", np.float64),  # Δt = τ Δn, s
         ("end", np.float64),  # of the simulation, s
         ("step", np.int64),  # the step under way
+        ("until_step", np.int64),  # run up to the start of this one
         ("opened_step", np.int64),  # the last step whose calendar has been read
         ("links", np.int64),
         ("platoons_used", np.int64),  # of the pool of rings
@@ -150,29 +166,49 @@ NOTHING, ARRIVE, DEAD_END = -1, -2, -3
 WAITING, RUNNING, COMPLETED, ABORTED = 0, 1, 2, 3
 
 
-class World(NamedTuple):
-    """All that a run reads and writes."""
+class Links(NamedTuple):
+    """All queues and the platoons in them."""
 
     clock: np.ndarray  # (1,) CLOCK
     queue: np.ndarray  # (links + origins,) QUEUE
+    platoon: np.ndarray  # (pool,) PLATOON: the rings of all queues
+
+
+class Routes(NamedTuple):
+    """How the links hang together, and the ways over them."""
+
     road: np.ndarray  # (links,) ROAD
     node: np.ndarray  # (nodes + 1,) NODE
-    into: np.ndarray  # (links + origins,) int32: queues ordered by the node they end at
-    platoon: np.ndarray  # (pool,) PLATOON: the rings of all queues
-    trip: np.ndarray  # (trips,) TRIP
-    event: np.ndarray  # (buffer,) EVENT
+    into: np.ndarray  # (links + origins,) int64: queues ordered by the node they end at
+    destination: np.ndarray  # (destinations + 1,) DESTINATION
+    weight: np.ndarray  # (destinations, links) float32: B
+    settled: np.ndarray  # (nodes,) int32: nodes in the order of their distance
+    heap: np.ndarray  # (links + 1,) int64
+
+
+class Calendar(NamedTuple):
+    """Which nodes are to be visited when."""
+
     bucket: np.ndarray  # (steps,) int32: first queue listed for a step, -1: none
     pending: np.ndarray  # (nodes, padded to 8) uint8: to be visited in this step
     pending_words: np.ndarray  # the same bytes as uint64
+
+
+class Log(NamedTuple):
+    """What a run leaves behind."""
+
+    trip: np.ndarray  # (trips,) TRIP
+    event: np.ndarray  # (buffer,) EVENT
     trips_by_destination: np.ndarray  # (trips,) int32
-    first_trip: np.ndarray  # (destinations + 1,) int64: where each destination's trips begin there
-    # routes
-    destination_node: np.ndarray  # (destinations,) int32
-    outstanding: np.ndarray  # (destinations,) int64: vehicles under way or to come
-    weight: np.ndarray  # (destinations, links) float32: B
-    cost: np.ndarray  # (links,) int32: ms
-    distance: np.ndarray  # (nodes,) int32: ms to the destination at hand
-    toward: np.ndarray  # (nodes,) int32: next link on the way there, -1: none
-    free_time: np.ndarray  # (nodes,) float64: s at free flow to the destination at hand
-    settled: np.ndarray  # (nodes,) int32: nodes in the order of their distance
-    heap: np.ndarray  # (links + 1,) int64
+
+
+class World(NamedTuple):
+    """All that a run reads and writes.
+
+    Kernels take the part they need: compiling takes time for every array that is handed on.
+    """
+
+    links: Links
+    routes: Routes
+    calendar: Calendar
+    log: Log

@@ -10,7 +10,7 @@ import numpy as np
 
 from uxsim_geo.engine.link import advance_wave, platoon_at, position
 from uxsim_geo.engine.random import NOISE, draw
-from uxsim_geo.engine.records import World, kernel
+from uxsim_geo.engine.records import Routes, World, kernel
 
 UNREACHED = np.int32(2**29)  # ms, 149 hours; the sum of two fits into 32 bits
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
@@ -21,13 +21,13 @@ _NODE_MASK = 2**32 - 1
 @kernel
 def update_routes(w: World, step):
     """Bring the weights B of all destinations up to date with the traffic at this step."""
-    clock = w.clock[0]
+    clock = w.links.clock[0]
     observe_costs(w, step * clock["step_length"])
     share = clock["update_weight"] if clock["updates"] > 0 else 1.0
-    for destination in range(w.destination_node.size):
-        if w.outstanding[destination] > 0:
-            grow_tree(w, w.destination_node[destination])
-            blend_tree(w, destination, share)
+    for destination in range(w.routes.destination.size - 1):
+        if w.routes.destination[destination]["outstanding"] > 0:
+            grow_tree(w.routes, w.routes.destination[destination]["node"])
+            blend_tree(w.routes, destination, share)
     clock["updates"] += 1
     next_time = clock["updates"] * clock["update_interval"]
     clock["update_step"] = max(step + 1, int(np.ceil(next_time / clock["step_length"] - 1e-9)))
@@ -36,17 +36,18 @@ def update_routes(w: World, step):
 @kernel
 def observe_costs(w: World, time):
     """Set the cost of every link: its length over the mean speed of the vehicles on it, noisy."""
-    clock = w.clock[0]
+    clock = w.links.clock[0]
     all_vehicles, all_moving = 0.0, 0.0
     for link in range(clock["links"]):
-        road = w.road[link]
+        road = w.routes.road[link]
         vehicles, moving = observe(w, link, time)
         all_vehicles += vehicles
         all_moving += moving * road["free_speed"]
         share = moving / vehicles if vehicles > 0.0 else 1.0
-        noise = clock["noise"] * draw(clock["seed"], w.queue[link]["key"], NOISE, clock["updates"])
-        cost = w.queue[link]["free_time"] / max(share, _STANDSTILL) * (1.0 + noise)
-        w.cost[link] = in_milliseconds(cost)
+        queue = w.links.queue[link]
+        chance = draw(clock["seed"], queue["key"], NOISE, clock["updates"])
+        cost = queue["free_time"] / max(share, _STANDSTILL) * (1.0 + clock["noise"] * chance)
+        road["cost"] = in_milliseconds(cost)
     clock["mean_speed"] = all_moving / all_vehicles if all_vehicles > 0.0 else np.nan
 
 
@@ -59,13 +60,13 @@ def in_milliseconds(seconds):
 @kernel
 def observe(w: World, link, time):
     """Count the vehicles on a link at this time, and those that move; all move at free speed."""
-    queue, road = w.queue[link], w.road[link]
+    queue, road = w.links.queue[link], w.routes.road[link]
     vehicles, moving = 0.0, 0.0
     exited, ahead = queue["left"] - 1, 0.0
     for number in range(queue["left"], queue["entered"]):
-        exited, ahead = advance_wave(w, queue, road, exited, ahead, time)
-        _, stands = position(w, link, number, exited, ahead, time)
-        size = platoon_at(w, queue, number)["vehicles"]
+        exited, ahead = advance_wave(w.links, queue, road, exited, ahead, time)
+        _, stands = position(w.links, queue, road, number, exited, ahead, time)
+        size = platoon_at(w.links, queue, number)["vehicles"]
         vehicles += size
         if not stands:
             moving += size
@@ -74,43 +75,43 @@ def observe(w: World, link, time):
 
 
 @kernel
-def grow_tree(w: World, target):
+def grow_tree(routes: Routes, target):
     """Find the fastest way from every node to the target: `distance`, `toward`, `settled`.
 
     Dijkstra's algorithm against the direction of travel, with a heap of distance and node packed
     into one number. Nodes without through traffic are not passed. Gives the nodes reached.
     """
-    w.distance[:] = UNREACHED
-    w.toward[:] = -1
-    w.distance[target] = 0
-    w.heap[0] = target
+    for v in range(routes.settled.size):
+        routes.node[v]["distance"] = UNREACHED
+        routes.node[v]["toward"] = -1
+    routes.node[target]["distance"] = 0
+    routes.heap[0] = target
     size, settled = 1, 0
     while size > 0:
-        packed = w.heap[0]
-        size = pop(w.heap, size)
-        node, distance = packed & _NODE_MASK, packed >> _NODE_BITS
-        if distance > w.distance[node]:
+        packed = routes.heap[0]
+        size = pop(routes.heap, size)
+        v, distance = packed & _NODE_MASK, packed >> _NODE_BITS
+        if distance > routes.node[v]["distance"]:
             continue
-        w.settled[settled] = node
+        routes.settled[settled] = v
         settled += 1
-        if node == target or w.node[node]["through"]:
-            size = relax(w, node, distance, size)
+        if v == target or routes.node[v]["through"]:
+            size = relax(routes, v, distance, size)
     return settled
 
 
 @kernel
-def relax(w: World, node, distance, size):
+def relax(routes: Routes, v, distance, size):
     """Offer the way over this node to the nodes upstream; gives the size of the heap."""
-    links = w.clock[0]["links"]
-    for place in range(w.node[node]["first_in"], w.node[node + 1]["first_in"]):
-        link = w.into[place]
-        if link < links:
-            start = w.road[link]["from_node"]
-            offer = distance + w.cost[link]
-            if offer < w.distance[start]:
-                w.distance[start] = offer
-                w.toward[start] = link
-                size = push(w.heap, size, (offer << _NODE_BITS) | start)
+    for place in range(routes.node[v]["first_in"], routes.node[v + 1]["first_in"]):
+        link = routes.into[place]
+        if link < routes.road.size:  # not the origin
+            road = routes.road[link]
+            start, offer = routes.node[road["from_node"]], distance + road["cost"]
+            if offer < start["distance"]:
+                start["distance"] = offer
+                start["toward"] = link
+                size = push(routes.heap, size, (offer << _NODE_BITS) | road["from_node"])
     return size
 
 
@@ -150,31 +151,40 @@ def pop(heap, size):
 
 
 @kernel
-def blend_tree(w: World, destination, share):
+def blend_tree(routes: Routes, destination, share):
     """B ← (1−share)B + share·tree, for one destination."""
-    keep = np.float32(1.0 - share)
-    add = np.float32(share)
-    for link in range(w.clock[0]["links"]):
-        weight = w.weight[destination, link] * keep
-        if w.toward[w.road[link]["from_node"]] == link:
+    keep, add = np.float32(1.0 - share), np.float32(share)
+    for link in range(routes.road.size):
+        weight = routes.weight[destination, link] * keep
+        if routes.node[routes.road[link]["from_node"]]["toward"] == link:
             weight += add
-        w.weight[destination, link] = weight
+        routes.weight[destination, link] = weight
 
 
 @kernel
 def find_free_flow_times(w: World):
     """Give every trip the free-flow time of its fastest route, s; inf where there is none."""
-    for link in range(w.clock[0]["links"]):
-        w.cost[link] = in_milliseconds(w.queue[link]["free_time"])
-    for destination in range(w.destination_node.size):
-        target = w.destination_node[destination]
-        settled = grow_tree(w, target)
-        w.free_time[:] = np.inf
-        w.free_time[target] = 0.0
-        for place in range(1, settled):
-            node = w.settled[place]
-            queue = w.queue[w.toward[node]]
-            w.free_time[node] = w.free_time[queue["end_node"]] + queue["free_time"]
-        for place in range(w.first_trip[destination], w.first_trip[destination + 1]):
-            trip = w.trip[w.trips_by_destination[place]]
-            trip["free_time"] = w.free_time[trip["from_node"]]
+    routes = w.routes
+    for link in range(routes.road.size):
+        routes.road[link]["cost"] = in_milliseconds(w.links.queue[link]["free_time"])
+    for destination in range(routes.destination.size - 1):
+        reached = grow_tree(routes, routes.destination[destination]["node"])
+        add_up_free_times(w, reached)
+        first, last = routes.destination[destination], routes.destination[destination + 1]
+        for place in range(first["first_trip"], last["first_trip"]):
+            trip = w.log.trip[w.log.trips_by_destination[place]]
+            trip["free_time"] = routes.node[trip["from_node"]]["free_time"]
+    return True
+
+
+@kernel
+def add_up_free_times(w: World, reached):
+    """Set the free-flow time of every node to the target of the tree at hand; inf: no way."""
+    routes = w.routes
+    for v in range(routes.settled.size):
+        routes.node[v]["free_time"] = np.inf
+    routes.node[routes.settled[0]]["free_time"] = 0.0
+    for place in range(1, reached):
+        node = routes.node[routes.settled[place]]
+        queue = w.links.queue[node["toward"]]
+        node["free_time"] = routes.node[queue["end_node"]]["free_time"] + queue["free_time"]

@@ -14,14 +14,15 @@ from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import Platoons, make_platoons, weighted_counts
 from uxsim_geo.engine.arrays import build_world
-from uxsim_geo.engine.loop import ADVANCE, CLOSE, PREPARE, run
+from uxsim_geo.engine.loop import finish, prepare, run_until
+from uxsim_geo.engine.records import World
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Progress, Result
 from uxsim_geo.settings import Settings
 
 STATUS = ("waiting", "running", "completed", "aborted")
-_REPORTS = 100  # of progress, a run
+_REPORTS = 100  # of progress, in a run that is watched
 
 Records = npt.NDArray[Any]
 
@@ -46,9 +47,9 @@ def simulate(
     check_demand(demand, network)
     platoons = make_platoons(demand, settings)
     simulation = Simulation(network, platoons, settings, sleep=sleep)
-    steps = simulation.steps
-    for report in range(1, _REPORTS + 1):
-        simulation.advance(steps * report // _REPORTS)
+    reports = 1 if progress is None else _REPORTS
+    for report in range(1, reports + 1):
+        simulation.advance(simulation.steps * report // reports)
         if progress is not None:
             progress(simulation.progress())
     return simulation.result()
@@ -66,22 +67,23 @@ class Simulation:
         self.wall_s = 0.0
         self.world, self.row_of_link = build_world(network, platoons, settings, sleep=sleep)
         self._events: list[Records] = []
-        self._call(PREPARE, 0)
+        self._call(prepare)
 
     @property
     def steps(self) -> int:
         """Steps from the start to the end."""
-        return int(self.world.bucket.size)
+        return int(self.world.calendar.bucket.size)
 
     def advance(self, until_step: int) -> None:
         """Run up to the start of a step."""
         started = time.perf_counter()
-        self._call(ADVANCE, until_step)
+        self.world.links.clock["until_step"] = until_step
+        self._call(run_until)
         self.wall_s += time.perf_counter() - started
 
     def progress(self) -> Progress:
         """Say where the run stands."""
-        clock = self.world.clock[0]
+        clock = self.world.links.clock[0]
         return Progress(
             time=min(float(clock["step"] * clock["step_length"]), self.settings.duration),
             duration=self.settings.duration,
@@ -92,10 +94,10 @@ class Simulation:
 
     def result(self) -> Result:
         """End the run and give its tables."""
-        self._call(CLOSE, 0)
+        self._call(finish)
         self._take_events()
         events = np.concatenate(self._events)
-        clock = self.world.clock[0]
+        clock = self.world.links.clock[0]
         return Result(
             events=self._event_table(events),
             trips=self._trip_table(events),
@@ -104,24 +106,25 @@ class Simulation:
             locked_vehicles=int(clock["vehicles_locked"]),
         )
 
-    def _call(self, task: int, until_step: int) -> None:
+    def _call(self, task: Callable[[World], bool]) -> None:
         """Have the kernels do a task; empty the events and widen the rings as often as needed."""
         with np.errstate(all="ignore"):  # hashes overflow by design; matters without the JIT only
-            while not run(self.world, task, until_step):
+            while not task(self.world):
                 self._take_events()
-                if self.world.clock["pool_full"][0]:
+                if self.world.links.clock["pool_full"][0]:
                     self._widen_pool()
 
     def _take_events(self) -> None:
-        clock = self.world.clock[0]
-        self._events.append(self.world.event[: clock["events"]].copy())
+        clock = self.world.links.clock[0]
+        self._events.append(self.world.log.event[: clock["events"]].copy())
         clock["events"] = 0
 
     def _widen_pool(self) -> None:
         """Give the pool of rings as much again."""
-        pool = self.world.platoon
-        self.world = self.world._replace(platoon=np.concatenate([pool, np.zeros_like(pool)]))
-        self.world.clock["pool_full"] = 0
+        links = self.world.links
+        pool = np.concatenate([links.platoon, np.empty_like(links.platoon)])
+        self.world = self.world._replace(links=links._replace(platoon=pool))
+        self.world.links.clock["pool_full"] = 0
 
     def _event_table(self, events: Records) -> pd.DataFrame:
         links = pd.Index(self.network.links["link_id"].astype(str))
@@ -137,7 +140,7 @@ class Simulation:
         )
 
     def _trip_table(self, events: Records) -> pd.DataFrame:
-        platoons, trip = self.platoons, self.world.trip
+        platoons, trip = self.platoons, self.world.log.trip
         nodes = pd.Index(platoons.node_ids)
         status = pd.Categorical.from_codes(trip["status"], categories=pd.Index(STATUS))
         return pd.DataFrame(
@@ -159,5 +162,5 @@ class Simulation:
 
     def _lengths_of_links_done(self, events: Records) -> npt.NDArray[np.float64]:
         done = events[~np.isnan(events["exit"])]
-        metres = self.world.road["length"][done["link"]]
-        return weighted_counts(done["trip"], metres, self.world.trip.size)
+        metres = self.world.routes.road["length"][done["link"]]
+        return weighted_counts(done["trip"], metres, self.world.log.trip.size)
