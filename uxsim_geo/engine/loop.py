@@ -85,18 +85,26 @@ def next_pending_from_start(w: World):
     return v
 
 
-def _keep_compiled(task, sources: str):
-    """Compile a task, and keep the compiled code on disk.
+def _entry_points(sources: str):
+    """Give the functions that Python calls: prepare, run_until, finish, each of a world.
 
-    It is kept under the function and what that encloses. It encloses the hash of all sources that
-    are compiled, so a change in any of them is seen.
+    Compiled code is kept on disk under the function and the text that it encloses. They enclose
+    the hash of all sources that are compiled, so a change in any of them is seen.
     """
 
     @compiled
-    def run(w):
-        return len(sources) > 0 and task(w)
+    def prepare(w):
+        return len(sources) > 0 and find_free_flow_times(w)
 
-    return run
+    @compiled
+    def run_until(w):
+        return len(sources) > 0 and advance(w)
+
+    @compiled
+    def finish(w):
+        return len(sources) > 0 and finish_run(w)
+
+    return prepare, run_until, finish
 
 
 def _hash_of_sources() -> str:
@@ -107,10 +115,5 @@ def _hash_of_sources() -> str:
     return digest.hexdigest()
 
 
-_SOURCES = _hash_of_sources()
-#: run_until(world) -> bool: see `advance`
-run_until = _keep_compiled(advance, _SOURCES)
-#: prepare(world) -> True: see `find_free_flow_times`
-prepare = _keep_compiled(find_free_flow_times, _SOURCES)
-#: finish(world) -> bool: see `finish_run`
-finish = _keep_compiled(finish_run, _SOURCES)
+#: see `find_free_flow_times`, `advance` and `finish_run`
+prepare, run_until, finish = _entry_points(_hash_of_sources())
