@@ -215,7 +215,7 @@ def test_piece_by_piece_is_the_same_as_in_one_go(seed: int) -> None:
     assert hash_of(simulation.result()) == hash_of(simulate(net, dem, settings))
 
 
-@pytest.mark.parametrize("seed", [2, 5])
+@pytest.mark.parametrize("seed", [2, 5, 10, 14])
 def test_full_buffers_change_nothing(seed: int) -> None:
     """With room for a few events and no spare ring, the run has to stop and go on all the time."""
     net, dem, settings = random_case(seed)
@@ -261,6 +261,23 @@ def test_the_compiler_changes_nothing(variable: str) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [hash_of(simulate(*random_case(seed))) for seed in (0, 3, 9)]
+
+
+def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
+    here = Path(__file__).parent
+    program = (
+        "from test_engine_order import random_case; "
+        "from uxsim_geo.engine import simulation as s; s.simulate(*random_case(0)); "
+        "print([sum(task.stats.cache_hits.values()) for task in (s.prepare, s.run_until, s.finish)])"
+    )
+    paths = os.pathsep.join([str(here), str(here.parent)])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": paths}
+    command = [sys.executable, "-c", program]
+    hits = [
+        subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
+    assert [line.strip() for line in hits] == ["[0, 0, 0]", "[1, 1, 1]"]
 
 
 def test_a_vehicle_elsewhere_changes_no_other_vehicle() -> None:

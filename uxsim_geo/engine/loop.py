@@ -7,7 +7,7 @@ from pathlib import Path
 
 from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.node import mark, visit
-from uxsim_geo.engine.records import World, compiled, kernel
+from uxsim_geo.engine.records import Calendar, World, compiled, kernel
 from uxsim_geo.engine.routes import find_free_flow_times, update_routes
 
 
@@ -15,74 +15,55 @@ from uxsim_geo.engine.routes import find_free_flow_times, update_routes
 def advance(w: World):
     """Run up to the start of step `until_step`; False: a buffer is full, call again with room.
 
-    Stopping and going on, at whatever steps, changes nothing in the results.
+    In a step the marked nodes are visited upwards by their number, and round again while any is
+    marked. That order depends on nothing else, so that what happens in one part of the network
+    cannot change it in another. Stopping and going on, wherever, changes nothing in the results.
     """
     clock = w.links.clock[0]
     while clock["step"] < clock["until_step"]:
-        step = clock["step"]
-        if clock["opened_step"] < step:
-            if step == clock["update_step"]:
-                update_routes(w, step)
-            open_step(w, step)
-            clock["opened_step"] = step
-        if not visit_pending(w, step):
-            return False
+        if clock["opened_step"] < clock["step"]:
+            open_step(w, clock["step"])
+        while clock["pending"] > 0:
+            v = next_pending(w.calendar, clock["cursor"])
+            w.calendar.pending[v] = 0
+            clock["pending"] -= 1
+            clock["cursor"] = v
+            if not visit(w, v, clock["step"]):
+                mark(w, v)
+                return False
+            clock["cursor"] = v + 1
         clock["step"] += 1
     return True
 
 
 @kernel
 def open_step(w: World, step):
-    """Mark the nodes of all queues that the calendar lists for a step."""
+    """Update the routes if it is time, and mark the nodes of all queues listed for a step."""
+    clock = w.links.clock[0]
+    if step == clock["update_step"]:
+        update_routes(w, step)
     q = w.calendar.bucket[step]
     while q >= 0:
         queue = w.links.queue[q]
         queue["listed_step"] = -1
         mark(w, queue["end_node"])
         q = queue["next"]
+    clock["opened_step"] = step
+    clock["cursor"] = 0
 
 
 @kernel
-def visit_pending(w: World, step):
-    """Visit the marked nodes, upwards by their number and round again while any is marked.
-
-    The order depends on nothing else, so that what happens in one part of the network cannot
-    change it in another.
-    """
-    clock, v = w.links.clock[0], -1
-    while clock["pending"] > 0:
-        v = next_pending(w, v + 1)
-        w.calendar.pending[v] = 0
-        clock["pending"] -= 1
-        if not visit(w, v, step):
-            mark(w, v)
-            return False
-    return True
-
-
-@kernel
-def next_pending(w: World, v):
-    """Give the first marked node from v upwards, from the first node on where there is none."""
-    while v < w.calendar.pending.size:
-        if v & 7 == 0 and w.calendar.pending_words[v >> 3] == 0:
+def next_pending(calendar: Calendar, v):
+    """Give the first marked node from v upwards and round again; there must be one."""
+    while True:
+        if v >= calendar.pending.size:
+            v = 0
+        if v & 7 == 0 and calendar.pending_words[v >> 3] == 0:
             v += 8
-        elif w.calendar.pending[v]:
+        elif calendar.pending[v]:
             return v
         else:
             v += 1
-    return next_pending_from_start(w)
-
-
-@kernel
-def next_pending_from_start(w: World):
-    """Give the first marked node; there must be one."""
-    word = 0
-    while w.calendar.pending_words[word] == 0:
-        word += 1
-    v = 8 * word
-    while not w.calendar.pending[v]:
-        v += 1
-    return v
 
 
 def _entry_points(sources: str):

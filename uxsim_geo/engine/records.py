@@ -143,6 +143,7 @@ CLOCK = np.dtype(
         ("pool_full", np.int64),  # 1: a ring could not grow
         ("events", np.int64),  # rows in the buffer
         ("pending", np.int64),  # nodes still to be visited in this step
+        ("cursor", np.int64),  # the next of them is looked for from here on
         ("vehicles_running", np.int64),
         ("vehicles_completed", np.int64),
         ("sleep", np.int64),  # 0: blocked platoons try again in every step
