@@ -268,7 +268,8 @@ def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> Non
     program = (
         "from test_engine_order import random_case; "
         "from uxsim_geo.engine import simulation as s; s.simulate(*random_case(0)); "
-        "print([sum(task.stats.cache_hits.values()) for task in (s.prepare, s.run_until, s.finish)])"
+        "tasks = (s.prepare, s.run_until, s.finish); "
+        "print([sum(task.stats.cache_hits.values()) for task in tasks])"
     )
     paths = os.pathsep.join([str(here), str(here.parent)])
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": paths}
