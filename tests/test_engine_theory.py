@@ -157,6 +157,22 @@ def test_a_merge_shares_by_priority(ratio: int, size: int) -> None:
     assert steady_flow(late["enter_s"].reset_index(drop=True), size) == pytest.approx(Q, rel=1e-6)
 
 
+@pytest.mark.parametrize("narrow", [np.nan, 0.3])
+def test_a_merge_shares_the_vehicles_whatever_the_platoons(narrow: float) -> None:
+    """Platoons of 5 against platoons of 2 with priorities 1:1, at capacity and where it spills."""
+    ends = range(500)
+    links = [link("a", "1", "3"), link("b", "2", "3"), link("c", "3", "4", 300)]
+    links += [link("d", "4", "5", 300, capacity=narrow)]
+    links += [link(f"to{end}", "5", f"end{end}", 100) for end in ends]
+    rows = [("1", "5", 0.0, 50.0, 3000.0), *(("2", f"end{end}", 0.0, 50.0, 2.0) for end in ends)]
+    result = simulate(network(links), demand(*rows), Settings(duration=1500))
+    merged = on_link(result, "c")
+    late = merged.loc[merged["enter_s"] > 150, "vehicle"]
+    passed = result.trips.loc[late].groupby("origin", observed=True)["vehicles"].sum()
+    lots = len(late)  # each a draw between 5 and 2 vehicles
+    assert passed["1"] / passed.sum() == pytest.approx(0.5, abs=3 * 0.5 / np.sqrt(lots))
+
+
 def test_a_merge_without_a_rival_needs_no_priority() -> None:
     links = [link("a", "1", "3", merge_priority=1e-6), link("b", "2", "3"), link("c", "3", "4")]
     result = simulate(network(links), demand(("1", "4", 0, 100, 200)), Settings(duration=600))

@@ -1,16 +1,18 @@
 """A link, seen from its two ends (Newell's model for platoons, after Seo 2023).
 
-Platoons are numbered by entry; e is the time a platoon enters, s the time it leaves, n its
-vehicles, E and S the vehicles that have entered and left. A platoon that follows one of n vehicles
-keeps the headway n / Q, so
+Platoons are numbered by entry; e is the time a platoon enters, s the time it leaves, both of its
+first vehicle; n its vehicles, E and S the vehicles before it that have entered and left. A platoon
+that follows one of n vehicles keeps the headway n / Q, so
 
-    s ≥ e + L/u                     free flow
-    s ≥ s' + n' / Q_out             capacity at the exit, behind the platoon s', n'
-    e ≥ e' + n' / Q_in              capacity at the entry, behind the platoon e', n'
-    e ≥ D(E + n − m κ L) + L τ κ    storage: the hole left by an earlier exit has arrived
+    s ≥ e + L/u                 free flow
+    s ≥ s' + n' / Q_out         capacity at the exit, behind the platoon s', n'
+    e ≥ e' + n' / Q_in          capacity at the entry, behind the platoon e', n'
+    e ≥ D(E − m κ L) + L τ κ    storage: the hole left by an earlier exit has arrived
 
-with D(c) the time at which c vehicles have left: between two exits it is interpolated, so that a
-link may store a fraction of a platoon (a whole number would cost short links half their capacity).
+with D(c) the time at which the vehicle leaves that has c vehicles before it. Between the first
+vehicles of two platoons it is interpolated, so that a link may store a fraction of a platoon (a
+whole number would cost short links half their capacity). None enters before there is room for all
+its vehicles.
 """
 
 from __future__ import annotations
@@ -29,65 +31,64 @@ def platoon_at(links: Links, queue, number):
 @kernel
 def oldest_kept(queue):
     """Number of the first platoon whose exit can still matter to an entry."""
-    return max(queue["hole"] - 1, 0)
+    return max(queue["hole"], 0)
 
 
 @kernel
-def find_hole(links: Links, queue, vehicles):
-    """Find the exit that makes room for so many more vehicles: its number and S with it.
+def find_exit(links: Links, queue, number, passed, vehicles):
+    """Go on from platoon `number` to the first with which so many vehicles have left.
 
-    The number is -1 while there is room without any exit.
+    `passed` vehicles leave up to and with platoon `number`; gives both for the platoon found.
     """
-    needed = queue["vehicles_entered"] + vehicles - queue["storage"]
-    number, reached = queue["hole"], queue["hole_vehicles"]
-    while reached < needed:
+    while passed < vehicles:
         number += 1
-        reached += platoon_at(links, queue, number)["vehicles"]
-    return number, reached, needed
+        passed += platoon_at(links, queue, number)["vehicles"]
+    return number, passed
+
+
+@kernel
+def exit_bound(links: Links, queue, number, before):
+    """Time before which platoon `number` cannot leave; that of its exit where it has left.
+
+    `before` vehicles leave before it: the first platoon leaves no earlier than it is due, those
+    behind it follow at capacity.
+    """
+    if number < queue["left"]:
+        return platoon_at(links, queue, number)["exit"]
+    return queue["due"] + (before - queue["vehicles_left"]) * queue["exit_headway"]
+
+
+@kernel
+def opening_bound(links: Links, q, vehicles):
+    """Time before which so many vehicles cannot enter link q, and whether it is certain.
+
+    It is certain where all exits that matter have happened; then the link opens at that time.
+    """
+    queue = links.queue[q]
+    surplus = queue["vehicles_entered"] - queue["storage"]
+    if surplus + vehicles <= 0.0:
+        return queue["entry_open"], True
+    previous, before = find_exit(links, queue, queue["hole"], queue["hole_vehicles"], surplus)
+    number = previous + 1
+    leaves = exit_bound(links, queue, number, before)
+    hole = leaves + surplus * queue["exit_headway"]
+    if previous >= 0:
+        own = platoon_at(links, queue, previous)["vehicles"]
+        left_before = exit_bound(links, queue, previous, before - own)
+        hole = leaves - (before - surplus) / own * (leaves - left_before)
+    last, passed = find_exit(links, queue, previous, before, surplus + vehicles)
+    if last > number:
+        own = platoon_at(links, queue, last)["vehicles"]
+        leaves = exit_bound(links, queue, last, passed - own)
+    time = max(queue["entry_open"], leaves, hole + queue["hole_time"])
+    return time, max(last, number) < queue["left"]
 
 
 @kernel
 def opening(links: Links, q, vehicles):
     """Time from which so many vehicles can enter link q; inf: a hole has yet to leave."""
-    queue = links.queue[q]
-    time = queue["entry_open"]
-    number, reached, needed = find_hole(links, queue, vehicles)
-    if needed <= 0.0:
-        return time
-    if number >= queue["left"]:
-        return math.inf
-    leaver = platoon_at(links, queue, number)
-    gap = leaver["vehicles"] * queue["exit_headway"]
-    if number > 0:
-        gap = leaver["exit"] - platoon_at(links, queue, number - 1)["exit"]
-    hole = leaver["exit"] - (reached - needed) / leaver["vehicles"] * gap
-    return max(time, leaver["exit"], hole + queue["hole_time"])
-
-
-@kernel
-def opening_bound(links: Links, q, vehicles):
-    """Time before which so many vehicles cannot enter link q, whatever happens until then.
-
-    Where the hole has yet to leave, the first platoon leaves no earlier than it is due and those
-    behind it follow at capacity.
-    """
-    queue = links.queue[q]
-    number, reached, needed = find_hole(links, queue, vehicles)
-    if needed <= 0.0 or number < queue["left"]:
-        return opening(links, q, vehicles)
-    own = platoon_at(links, queue, number)["vehicles"]
-    ahead = reached - own - queue["vehicles_left"]
-    leaves = queue["due"] + ahead * queue["exit_headway"]
-    before = leaves - own * queue["exit_headway"]
-    if number > 0:
-        previous = platoon_at(links, queue, number - 1)
-        if number == queue["left"]:
-            before = previous["exit"]
-        else:
-            before = leaves - previous["vehicles"] * queue["exit_headway"]
-    share = (reached - needed) / own
-    hole = leaves - share * (leaves - before)
-    return max(queue["entry_open"], leaves, hole + queue["hole_time"])
+    time, certain = opening_bound(links, q, vehicles)
+    return time if certain else math.inf
 
 
 @kernel
@@ -119,8 +120,9 @@ def leave(links: Links, q, time):
 def enter(links: Links, q, platoon, time):
     """Let a platoon enter link q at this time, behind all others; True: it is the first there."""
     queue = links.queue[q]
-    hole, hole_vehicles, _ = find_hole(links, queue, platoon["vehicles"])
-    queue["hole"], queue["hole_vehicles"] = hole, hole_vehicles
+    surplus = queue["vehicles_entered"] - queue["storage"]
+    hole, passed = find_exit(links, queue, queue["hole"], queue["hole_vehicles"], surplus)
+    queue["hole"], queue["hole_vehicles"] = hole, passed
     place = platoon_at(links, queue, queue["entered"])
     place["key"] = platoon["key"]
     place["trip"] = platoon["trip"]

@@ -139,8 +139,9 @@ def earliest(w: World, start, stop, horizon):
 def goes_before(w: World, q, other):
     """Whether queue q moves before the other: by time, then by merge priority.
 
-    Rivals for the same opening draw lots −ln(1−U)/α; the smallest is that of a link with
-    probability α / Σα, whoever else takes part. Origins go before links.
+    Rivals for the same opening draw lots −ln(1−U) n/α; the smallest is that of a link with
+    probability α / Σα, whoever else takes part. The vehicles n of the platoons weigh in so that
+    links share the flow by priority, whatever the sizes. Origins go before links.
     """
     mine, theirs = w.links.queue[q], w.links.queue[other]
     if mine["feasible"] != theirs["feasible"]:
@@ -156,9 +157,9 @@ def goes_before(w: World, q, other):
 @kernel
 def lot(w: World, queue):
     """Draw the lot of the first platoon of a queue for the opening it waits for."""
-    key = platoon_at(w.links, queue, queue["left"])["key"]
-    chance = draw(key, queue["key"], MERGE, queue["lost"])
-    return -math.log(1.0 - chance) / queue["merge_priority"]
+    platoon = platoon_at(w.links, queue, queue["left"])
+    chance = draw(platoon["key"], queue["key"], MERGE, queue["lost"])
+    return -math.log(1.0 - chance) * platoon["vehicles"] / queue["merge_priority"]
 
 
 @kernel
@@ -248,7 +249,8 @@ def sleep_until(w: World, queue):
     bound = w.links.clock[0]["update_step"] * w.links.clock[0]["step_length"]
     for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
         if w.routes.weight[platoon["destination"], link] > 0.0:
-            bound = min(bound, opening_bound(w.links, link, platoon["vehicles"]))
+            opens, _ = opening_bound(w.links, link, platoon["vehicles"])
+            bound = min(bound, opens)
     return max(queue["ready"], bound * (1.0 - 1e-11))
 
 

@@ -59,8 +59,8 @@ QUEUE = np.dtype(
         ("vehicles_entered", np.float64),
         ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
         ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
-        ("hole_vehicles", np.float64),  # vehicles up to and with the exit `hole`
-        ("hole", np.int64),  # the exit whose hole let the last entry in; -1: none was needed
+        ("hole_vehicles", np.float64),  # vehicles up to and with platoon `hole`
+        ("hole", np.int64),  # the last platoon before the exit that let the last entry in; or -1
         # what it is
         ("storage", np.float64),  # m κ L, at least a platoon, vehicles
         ("free_time", np.float64),  # L / u, s
