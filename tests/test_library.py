@@ -6,9 +6,9 @@ import subprocess
 import sys
 
 import pytest
+from small_networks import demand, link, network
 
 import uxsim_geo
-from small_networks import demand, link, network
 
 
 def test_the_parts_most_used_are_there_by_name() -> None:
