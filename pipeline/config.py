@@ -42,7 +42,10 @@ def _existing_file(path: Path, info: ValidationInfo) -> Path:
 
 
 def _in_utc(instant: datetime) -> datetime:
-    return instant.astimezone(UTC)
+    try:
+        return instant.astimezone(UTC)
+    except OverflowError:
+        raise ValueError("must lie in the years 1 to 9999, also in UTC") from None
 
 
 def _one_or_many(value: object) -> object:

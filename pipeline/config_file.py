@@ -98,7 +98,8 @@ def _fault(details: ErrorDetails, document: YamlSource) -> Fault:
         return Fault(f"unknown key {dotted}; {_nearest(dotted)}", source, line)
     help_text = dict(iterate_keys())[dotted].description
     if details["type"] == "missing":
-        return Fault(f"{dotted} is missing ({help_text})", source, line)
+        lacks = ": a value is missing" if isinstance(details["loc"][-1], int) else " is missing"
+        return Fault(f"{dotted}{lacks} ({help_text})", source, line)
     what = _SHOULD.sub("must", details["msg"].removeprefix("Value error, "))
     if details["type"] == "string_pattern_mismatch":
         what = "cannot be used"
@@ -122,7 +123,7 @@ def _place_written(place: Place, document: YamlSource) -> Place:
         if isinstance(container, dict):
             container = container.get(part)
         elif isinstance(container, list) and isinstance(part, int):
-            container = container[part]
+            container = container[part] if part < len(container) else None
     return written
 
 

@@ -14,7 +14,9 @@ from small_run import CONFIG, write_small_run
 
 from pipeline.config import Config, IngestSection, ReportSection, SimulateSection, TripsEntry
 from pipeline.config_file import iterate_keys, load_config, write_config
+from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.errors import InputError
+from uxsim_geo.network.tntp_options import TntpOptions
 from uxsim_geo.settings import Settings
 
 
@@ -33,6 +35,9 @@ def only_fault(folder: Path, config: str, *edits: str) -> str:
 def test_defaults_are_those_of_the_library(tmp_path: Path) -> None:
     config = load_config(write_small_run(tmp_path))
     assert config.simulate.settings() == Settings(duration=1200.0)
+    assert config.ingest.trips[0].trips_options() == TripsOptions(period_s=600.0)
+    stated = {"crs": "none", "length_unit": "m", "time_unit": "s", "capacity_unit": "veh/h"}
+    assert config.ingest.network_options() == TntpOptions(**stated)
 
 
 def test_every_key_has_help() -> None:
@@ -147,6 +152,8 @@ def test_edit_reaches_into_a_list(tmp_path: Path) -> None:
         ("name.sub=3", "name is a single value"),
         ("simulate.duration_s=soon", "simulate.duration_s: must be a valid number"),
         ("simulate.seeed=3", "did you mean simulate.seed?"),
+        ("ingest.trips.profile=[[600]]", "ingest.trips.profile: a value is missing"),
+        ("report.start=0001-01-01T00:00:00+02:00", "must lie in the years 1 to 9999"),
         ("simulate.duration_s=[1", "is not YAML"),
     ],
 )
