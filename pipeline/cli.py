@@ -51,8 +51,13 @@ def _report_failure(error: Exception, folder: RunFolder | None) -> None:
     """Say in a line what went wrong; how it came to that goes to the run's log, if there is one."""
     what = f"error: {type(error).__name__}: {error}"
     if folder is not None:
-        folder.log("".join(traceback.format_exception(error)))
-        what = f"{what}; details in {folder.path / 'run.log'}"
+        from pipeline.runs import LOG
+
+        try:
+            folder.log("".join(traceback.format_exception(error)))
+            what = f"{what}; details in {folder / LOG}"
+        except (OSError, InputError) as failure:
+            what = f"{what}; no details, since there is no log: {failure}"
     print(what, file=sys.stderr)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.ingest import NETWORK
-from pipeline.results import SUMMARY, read_summary, result_rows, size_in_words
+from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
 from uxsim_geo.errors import Fault, Faults, InputError
 
@@ -45,8 +45,9 @@ def describe_run(path: Path) -> str:
         for name, record in stages.items()
     ]
     parts = [f"run {path.resolve().name}", align(rows)]
-    if SUMMARY in (name for record in stages.values() for name in record.outputs):
-        parts.append(align(result_rows(read_summary(folder)), right=(1,)))
+    figures = read_summary(folder)
+    if figures is not None:
+        parts.append(align(result_rows(figures), right=(1,)))
     if (path / NETWORK).is_dir():
         parts.append(describe_network(path / NETWORK))
     return "\n\n".join(parts)

@@ -5,31 +5,36 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from pipeline.runs import CONFIG, MANIFEST, RunFolder
+from pipeline.report import SUMMARY
+from pipeline.runs import CONFIG, MANIFEST, RunFolder, is_unchanged
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-SUMMARY = "summary.json"
 
 VEHICLE_COUNTS = ("demanded", "departed", "completed", "running", "waiting", "aborted")
 
 
 def show_results(folder: RunFolder) -> None:
-    """Print the table of results, if the run has come so far, and the paths of its files."""
+    """Print the table of results, if the run has come so far, and the paths of the files there."""
     from rich.console import Console
 
     console = Console(highlight=False)
     stages = folder.read_manifest().stages
+    figures = read_summary(folder)
+    if figures is not None:
+        console.print(results_table(figures, folder.path.name))
     outputs = [name for record in stages.values() for name in record.outputs]
-    if SUMMARY in outputs:
-        console.print(results_table(read_summary(folder), folder.path.name))
-    for name in (*outputs, CONFIG, MANIFEST):
-        console.out(f"{folder.path / name}  {size_in_words((folder / name).stat().st_size)}")
+    for path in (folder / name for name in (*outputs, CONFIG, MANIFEST)):
+        if path.is_file():
+            console.out(f"{path}  {size_in_words(path.stat().st_size)}")
 
 
-def read_summary(folder: RunFolder) -> dict[str, Any]:
-    """Return the figures of a finished run."""
+def read_summary(folder: RunFolder) -> dict[str, Any] | None:
+    """Return the figures of a run; None where its manifest vouches for none, or no longer."""
+    outputs = [stage.outputs for stage in folder.read_manifest().stages.values()]
+    record = next((files[SUMMARY] for files in outputs if SUMMARY in files), None)
+    if record is None or not is_unchanged(record, folder / SUMMARY):
+        return None
     figures: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     return figures
 

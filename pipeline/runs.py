@@ -77,11 +77,14 @@ class RunFolder:
         return self.path / name
 
     def create(self) -> None:
-        """Make the folder, which must not be a file."""
+        """Make the folder; that this is possible is for the user to see to."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except (FileExistsError, NotADirectoryError):
             what = "a file is in the way of the run's folder; move it or choose another --out"
+            raise InputError([Fault(what, str(self.path))]) from None
+        except OSError as error:
+            what = f"cannot be the run's folder ({error.strerror}); choose another name or --out"
             raise InputError([Fault(what, str(self.path))]) from None
 
     def read_manifest(self) -> Manifest:
@@ -92,10 +95,9 @@ class RunFolder:
                 return Manifest()
             stages = {name: _stage_record(entry) for name, entry in data["stages"].items()}
             return Manifest(data["run"], stages)
-        except (FileNotFoundError, NotADirectoryError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            # absent, unreadable or damaged: nothing in it counts, every stage is run again
             return Manifest()
-        except (ValueError, KeyError, TypeError, AttributeError):
-            return Manifest()  # damaged: nothing in it counts, every stage is run again
 
     def write_manifest(self, manifest: Manifest) -> None:
         """Replace the manifest in one move."""

@@ -168,6 +168,34 @@ def test_file_in_the_way_of_the_run_folder(
     assert "a file is in the way" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["too-long-" * 40, "refused"])
+def test_a_folder_that_cannot_be_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    write_small_run(tmp_path)
+    if name == "refused":
+        monkeypatch.setattr(Path, "mkdir", refuse)
+    assert run(tmp_path, "--set", f"name={name}") == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "cannot be the run's folder" in line
+
+
+def test_what_was_deleted_is_neither_listed_nor_missed(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "results.gpkg").unlink()
+    (finished / "summary.json").write_text("{")
+    assert run(finished.parents[1], command="simulate") == 0
+    shown = capsys.readouterr().out
+    assert "events.parquet" in shown
+    assert "results.gpkg" not in shown
+    assert main(["inspect", str(finished)]) == 0
+    assert "vehicles completed" not in capsys.readouterr().out
+
+
 def test_wrong_input_later_keeps_what_was_finished(finished: Path) -> None:
     before = {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()}
     (finished.parents[1] / "trips.tntp").write_text("Origin", encoding="utf-8")
@@ -252,3 +280,9 @@ def test_unexpected_failure_is_one_line_and_a_log(
     assert shown.startswith("error: ZeroDivisionError: of a kind that nobody foresaw")
     assert shown.count("\n") == 1
     assert "Traceback" in (tmp_path / "runs/small/run.log").read_text()
+    (tmp_path / "runs/small/run.log").unlink()
+    (tmp_path / "runs/small/run.log").mkdir()
+    assert run(tmp_path) == 1
+    shown = capsys.readouterr().err
+    assert "nobody foresaw; no details, since there is no log" in shown
+    assert shown.count("\n") == 1
