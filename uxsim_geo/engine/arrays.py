@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.control.signals import Signal
 from uxsim_geo.demand.platoons import Floats, Ints, Platoons
 from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
@@ -21,7 +23,12 @@ Records = npt.NDArray[Any]
 
 
 def build_world(
-    network: Network, platoons: Platoons, settings: Settings, *, sleep: bool
+    network: Network,
+    platoons: Platoons,
+    settings: Settings,
+    signals: Sequence[Signal],
+    *,
+    sleep: bool,
 ) -> tuple[World, Ints]:
     """Build all records of a run; also gives the row in the links table of every link."""
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
@@ -42,7 +49,12 @@ def build_world(
     steps = int(np.ceil(settings.duration / settings.step - 1e-9))
     pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
     world = World(
-        links=Links(_clock(settings, len(links), sleep=sleep), queue, platoon),
+        links=Links(
+            clock=_clock(settings, len(links), sleep=sleep),
+            queue=queue,
+            platoon=platoon,
+            green=_greens(queue, links["link_id"].astype(str).tolist(), signals),
+        ),
         routes=Routes(
             road=road,
             node=_nodes(network.nodes, starts[row_of_link], queue["end_node"]),
@@ -111,6 +123,19 @@ def _queues(
     queue["choice"] = records.NOTHING
     queue["chosen_step"] = queue["listed_step"] = queue["next"] = -1
     return queue
+
+
+def _greens(queue: Records, link_ids: list[str], signals: Sequence[Signal]) -> Records:
+    """Put the signals into their links; gives the greens of all of them."""
+    position = {link_id: number for number, link_id in enumerate(link_ids)}
+    times: list[tuple[float, float]] = []
+    for signal in signals:
+        for link_id, own in signal.greens().items():
+            link = queue[position[link_id]]
+            link["cycle"], link["offset"] = signal.cycle, signal.offset
+            link["first_green"], link["last_green"] = len(times), len(times) + len(own)
+            times += own
+    return np.array(times, records.GREEN)
 
 
 def _fill_origins(

@@ -92,6 +92,24 @@ def opening(links: Links, q, vehicles):
 
 
 @kernel
+def next_green(links: Links, queue, time):
+    """Give the first moment from a time on at which the signal of a link shows green.
+
+    The time itself where there is no signal or it is green; inf where it is always red.
+    """
+    if queue["cycle"] == 0.0 or time == math.inf:
+        return time
+    begin = queue["offset"] + queue["cycle"] * math.floor((time - queue["offset"]) / queue["cycle"])
+    for number in range(queue["first_green"], queue["last_green"]):
+        green = links.green[number]
+        if time < begin + green["end"]:
+            return max(time, begin + green["start"])
+    if queue["first_green"] == queue["last_green"]:
+        return math.inf
+    return begin + queue["cycle"] + links.green[queue["first_green"]]["start"]
+
+
+@kernel
 def look_at_first(links: Links, queue):
     """Set when the first platoon is ready, and forget what the one before it wanted."""
     queue["ready"] = math.inf

@@ -9,7 +9,15 @@ from __future__ import annotations
 
 import math
 
-from uxsim_geo.engine.link import enter, has_place, leave, opening, opening_bound, platoon_at
+from uxsim_geo.engine.link import (
+    enter,
+    has_place,
+    leave,
+    next_green,
+    opening,
+    opening_bound,
+    platoon_at,
+)
 from uxsim_geo.engine.random import CHOICE, MERGE, draw
 from uxsim_geo.engine.records import (
     ABORTED,
@@ -121,7 +129,8 @@ def time_of_move(w: World, queue):
         return queue["ready"]
     vehicles = platoon_at(w.links, queue, queue["left"])["vehicles"]
     time = max(queue["ready"], opening(w.links, queue["choice"], vehicles))
-    return max(time, queue["since_step"] * w.links.clock[0]["step_length"])
+    time = max(time, queue["since_step"] * w.links.clock[0]["step_length"])
+    return next_green(w.links, queue, time)
 
 
 @kernel
@@ -246,12 +255,14 @@ def sleep_until(w: World, queue):
     Rounding must not make it too late: it is put a hair too early.
     """
     platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
-    bound = w.links.clock[0]["update_step"] * w.links.clock[0]["step_length"]
+    update = w.links.clock[0]["update_step"] * w.links.clock[0]["step_length"]
+    bound = update
     for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
         if w.routes.weight[platoon["destination"], link] > 0.0:
             opens, _ = opening_bound(w.links, link, platoon["vehicles"])
             bound = min(bound, opens)
-    return max(queue["ready"], bound * (1.0 - 1e-11))
+    bound = next_green(w.links, queue, max(queue["ready"], bound * (1.0 - 1e-11)))
+    return min(bound, update)
 
 
 @kernel

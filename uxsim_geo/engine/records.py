@@ -70,6 +70,11 @@ QUEUE = np.dtype(
         ("merge_priority", np.float64),
         ("key", np.uint64),  # its random identity
         ("end_node", np.int64),
+        # the signal at its exit
+        ("cycle", np.float64),  # s; 0: there is none
+        ("offset", np.float64),  # s: when the first cycle begins
+        ("first_green", np.int64),  # its greens: first_green to last_green in `Links.green`
+        ("last_green", np.int64),
         # the rest
         ("vehicles_left", np.float64),
         ("next", np.int64),  # listed for the same step
@@ -90,6 +95,9 @@ ROAD = np.dtype(
     ],
     align=True,
 )
+
+#: when a link has green, s after the cycle begins: start ≤ t < end
+GREEN = np.dtype([("start", np.float64), ("end", np.float64)])
 
 NODE = np.dtype(
     [
@@ -173,6 +181,7 @@ class Links(NamedTuple):
     clock: np.ndarray  # (1,) CLOCK
     queue: np.ndarray  # (links + origins,) QUEUE
     platoon: np.ndarray  # (pool,) PLATOON: the rings of all queues
+    green: np.ndarray  # (greens,) GREEN: of each link in order
 
 
 class Routes(NamedTuple):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.control.signals import Signal, check_signals
 from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import Platoons, make_platoons, weighted_counts
@@ -32,10 +33,11 @@ def simulate(
     demand: Demand,
     settings: Settings,
     *,
+    signals: Sequence[Signal] = (),
     progress: Callable[[Progress], None] | None = None,
     sleep: bool = True,
 ) -> Result:
-    """Simulate a demand on a network until ``settings.duration``.
+    """Simulate a demand on a network until ``settings.duration``, under some signals.
 
     ``progress`` is called about a hundred times with the state of the run. ``sleep`` lets blocked
     platoons rest until something can change for them; False tries them again in every step, which
@@ -45,8 +47,11 @@ def simulate(
     """
     check_network(network)
     check_demand(demand, network)
+    links = network.links
+    ends = zip(links["link_id"].astype(str), links["to_node_id"].astype(str), strict=True)
+    check_signals(signals, dict(ends))
     platoons = make_platoons(demand, settings)
-    simulation = Simulation(network, platoons, settings, sleep=sleep)
+    simulation = Simulation(network, platoons, settings, signals, sleep=sleep)
     reports = 1 if progress is None else _REPORTS
     for report in range(1, reports + 1):
         simulation.advance(simulation.steps * report // reports)
@@ -59,13 +64,21 @@ class Simulation:
     """One run: its world of records, and the events that have left it."""
 
     def __init__(
-        self, network: Network, platoons: Platoons, settings: Settings, *, sleep: bool = True
+        self,
+        network: Network,
+        platoons: Platoons,
+        settings: Settings,
+        signals: Sequence[Signal] = (),
+        *,
+        sleep: bool = True,
     ) -> None:
         self.network = network
         self.platoons = platoons
         self.settings = settings
         self.wall_s = 0.0
-        self.world, self.row_of_link = build_world(network, platoons, settings, sleep=sleep)
+        self.world, self.row_of_link = build_world(
+            network, platoons, settings, signals, sleep=sleep
+        )
         self._events: list[Records] = []
         self._call(prepare)
 
