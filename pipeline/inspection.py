@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.ingest import NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
-from uxsim_geo.errors import Fault, Faults, InputError
+from uxsim_geo.errors import Fault, InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -100,12 +100,9 @@ def describe_geopackage(path: Path) -> str:
 
 def describe_table(path: Path) -> str:
     """Rows, columns with their type and range, and the first rows."""
-    from uxsim_geo.parquet import read_table
+    from uxsim_geo.parquet import read_tables
 
-    faults = Faults()
-    table = read_table(path, faults)
-    faults.raise_if_any()
-    assert table is not None, "a table that cannot be read is a fault"
+    (table,) = read_tables(path)
     rows = [
         (str(name), str(table[name].dtype), _range(table[name]), _missing(table[name]))
         for name in table.columns

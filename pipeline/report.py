@@ -74,16 +74,16 @@ def _read_material(task: Task) -> Material:
 
     from uxsim_geo.analysis.link_states import link_times
     from uxsim_geo.analysis.summary import summary
-    from uxsim_geo.demand.files import read_demand
     from uxsim_geo.network.files import read_network
+    from uxsim_geo.parquet import read_tables
 
     network = read_network(task.folder / ingest.NETWORK)
-    demand = read_demand(task.folder / ingest.DEMAND)
+    (demand_notes,) = read_tables(task.folder / ingest.DEMAND_NOTES)
     result = simulate.read_result(task)
     return Material(
         config=task.config,
         network=network,
-        notes=pd.concat([network.notes, demand.notes], ignore_index=True),
+        notes=pd.concat([network.notes, demand_notes], ignore_index=True),
         result=result,
         states=link_times(
             network, result.events, result.trips, result.settings, task.config.report.bin_s

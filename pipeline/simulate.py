@@ -9,7 +9,6 @@ from pipeline import ingest
 from pipeline.config import Config
 from pipeline.runs import RunFolder
 from pipeline.stages import Outcome, Stage, Task
-from uxsim_geo.errors import Faults
 
 if TYPE_CHECKING:
     from uxsim_geo.result import Result
@@ -51,15 +50,10 @@ def read_result(task: Task) -> Result:
 
     Raises :class:`uxsim_geo.errors.InputError` for files that are absent or damaged.
     """
-    from uxsim_geo.parquet import read_table
+    from uxsim_geo.parquet import read_tables
     from uxsim_geo.result import Result
 
-    faults = Faults()
-    events = read_table(task.folder / EVENTS, faults)
-    trips = read_table(task.folder / TRIPS, faults)
-    faults.raise_if_any()
-    assert events is not None, "a table that cannot be read is a fault"
-    assert trips is not None, "a table that cannot be read is a fault"
+    events, trips = read_tables(task.folder / EVENTS, task.folder / TRIPS)
     settings = task.config.simulate.settings()
     return Result(events, trips, settings, **task.figures[STAGE.name])
 

@@ -16,8 +16,19 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
         table.to_parquet(temporary, index=False, compression="zstd")
 
 
-def read_table(path: Path, faults: Faults) -> pd.DataFrame | None:
-    """Read a table, with its geometry and CRS if it has them; None, with a fault, if it is none."""
+def read_tables(*paths: Path) -> list[pd.DataFrame]:
+    """Read tables, with their geometry and CRS if they have them.
+
+    Raises :class:`uxsim_geo.errors.InputError` naming every file that is absent or no table.
+    """
+    faults = Faults()
+    found = [_read_table(path, faults) for path in paths]
+    faults.raise_if_any()
+    return [table for table in found if table is not None]
+
+
+def _read_table(path: Path, faults: Faults) -> pd.DataFrame | None:
+    """One of them; None, with a fault, if it cannot be read."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from uxsim_geo.demand.demand import Demand
-from uxsim_geo.errors import Faults
-from uxsim_geo.parquet import read_table, write_table
+from uxsim_geo.parquet import read_tables, write_table
 
 
 def notes_path(path: Path) -> Path:
@@ -27,9 +26,4 @@ def read_demand(path: Path) -> Demand:
 
     Raises :class:`InputError` naming every file that is absent or is no such table.
     """
-    faults = Faults()
-    table, notes = read_table(path, faults), read_table(notes_path(path), faults)
-    faults.raise_if_any()
-    assert table is not None, "a table that cannot be read is a fault"
-    assert notes is not None, "a table that cannot be read is a fault"
-    return Demand(table, notes)
+    return Demand(*read_tables(path, notes_path(path)))

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pandas as pd
-
-from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
-from uxsim_geo.parquet import read_table, write_table
+from uxsim_geo.parquet import read_tables, write_table
 
+#: by the field of :class:`uxsim_geo.network.network.Network` that each file holds
 FILES = {
     "nodes": "nodes.parquet",
     "links": "links.parquet",
@@ -36,11 +34,5 @@ def read_network(folder: Path) -> Network:
 
     Raises :class:`InputError` naming every file that is absent or is no such table.
     """
-    faults = Faults()
-    tables: dict[str, pd.DataFrame] = {}
-    for table, name in FILES.items():
-        found = read_table(folder / name, faults)
-        if found is not None:
-            tables[table] = found
-    faults.raise_if_any()
-    return Network(tables["nodes"], tables["links"], tables["movements"], tables["notes"])
+    tables = read_tables(*(folder / name for name in FILES.values()))
+    return Network(**dict(zip(FILES, tables, strict=True)))
