@@ -23,7 +23,7 @@ TIME_LIMIT = 300.0  # s; the largest scene takes a few, the first picture on a m
 
 
 class RenderError(RuntimeError):
-    """The 3D picture could not be drawn; everything else can."""
+    """The 3D picture could not be drawn, for the reason given; everything else can."""
 
 
 def write_space_time(path: Path, network: Network, states: pd.DataFrame, title: str) -> None:
@@ -45,16 +45,22 @@ def _render(arrays: Path, picture: Path) -> None:
     command = [sys.executable, "-P", str(RENDERER), str(arrays), str(picture)]
     try:
         child = subprocess.run(
-            command, capture_output=True, text=True, check=False, timeout=TIME_LIMIT
+            command,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+            timeout=TIME_LIMIT,
         )
     except (OSError, subprocess.TimeoutExpired) as reason:
-        raise RenderError(f"the 3D picture was not drawn: {reason}") from reason
+        raise RenderError(str(reason)) from reason
     if 0 < child.returncode < 128:  # Python's own: an exception, not a death
         last = child.stderr.strip().splitlines()[-1:] or ["no message"]
-        raise RenderError(f"the 3D picture was not drawn: {last[0]}")
+        raise RenderError(last[0])
     if child.returncode != 0:
         raise RenderError(
-            "the 3D picture was not drawn: this system has no OpenGL without a screen. Install "
-            "the packages libegl1 and libgl1-mesa-dri, or libosmesa6 with the environment "
-            "variable VTK_DEFAULT_OPENGL_WINDOW=vtkOSOpenGLRenderWindow"
+            f"the drawing process died ({child.returncode}), most likely because this system has "
+            "no OpenGL without a screen. Install the packages libegl1 and libgl1-mesa-dri, or "
+            "libosmesa6 with the environment variable "
+            "VTK_DEFAULT_OPENGL_WINDOW=vtkOSOpenGLRenderWindow"
         )
