@@ -29,9 +29,12 @@ def reachable_pairs(network: Network, origin: pd.Series, destination: pd.Series)
     _, part = connected_components(graph, connection="strong")
     start, end = ids.get_indexer(origin), arrival[ids.get_indexer(destination)]
     connected = np.asarray(part[start] == part[end])
-    for one in np.unique(start[~connected]):
+    open_pairs = np.flatnonzero(~connected)
+    open_pairs = open_pairs[np.argsort(start[open_pairs], kind="stable")]
+    _, first = np.unique(start[open_pairs], return_index=True)
+    for from_here in np.split(open_pairs, first[1:]) if len(open_pairs) else ():
         reached = np.zeros(2 * nodes, dtype=bool)
-        reached[breadth_first_order(graph, one, return_predecessors=False)] = True
-        from_here = start == one
+        origin_node = start[from_here[0]]
+        reached[breadth_first_order(graph, origin_node, return_predecessors=False)] = True
         connected[from_here] = reached[end[from_here]]
     return connected
