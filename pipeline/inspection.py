@@ -11,6 +11,7 @@ from pipeline.ingest import NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
 from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.network.units import KMH, LENGTHS, PER_HOUR, PER_KM
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,14 +62,14 @@ def describe_network(path: Path) -> str:
     links = network.links
     crs = getattr(network.nodes, "crs", None)
     zones = int(network.nodes["zone_id"].notna().sum())
-    kilometres = links["length"] / 1000
+    kilometres = links["length"] / LENGTHS["km"]
     rows = [
         ("nodes", f"{len(network.nodes):,}", f"of these {zones:,} zones"),
         ("links", f"{len(links):,}", f"{kilometres.sum():,.1f} km, lanes {_range(links['lanes'])}"),
         ("length", _range(kilometres), "km"),
-        ("free speed", _range(links["free_speed"] * 3.6), "km/h"),
-        ("capacity", _range(links["capacity"] * 3600), "veh/h of the whole link"),
-        ("jam density", _range(links["jam_density"] * 1000), "veh/km of one lane"),
+        ("free speed", _range(links["free_speed"] * KMH), "km/h"),
+        ("capacity", _range(links["capacity"] * PER_HOUR), "veh/h of the whole link"),
+        ("jam density", _range(links["jam_density"] * PER_KM), "veh/km of one lane"),
         ("banned turns", f"{len(network.movements):,}", ""),
         ("CRS", crs.to_string() if crs else "none", ""),
     ]

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from uxsim_geo.network.units import KMH
+
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
     from rich.progress import TaskID
@@ -100,7 +102,7 @@ def watching(*, quiet: bool) -> Iterator[Watch]:
 def describe(progress: Progress) -> str:
     """Say how many vehicles are on the road, how fast, and how many have arrived."""
     speed = progress.mean_speed
-    at_speed = "" if math.isnan(speed) else f" at {3.6 * speed:.0f} km/h"
+    at_speed = "" if math.isnan(speed) else f" at {KMH * speed:.0f} km/h"
     return (
         f"{progress.vehicles_running:,} vehicles on the road{at_speed}, "
         f"{progress.vehicles_completed:,} arrived"

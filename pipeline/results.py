@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.report import SUMMARY
 from pipeline.runs import CONFIG, MANIFEST, RunFolder, is_unchanged
+from uxsim_geo.network.units import KMH, LENGTHS, TIMES
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -63,10 +64,10 @@ def result_rows(figures: dict[str, Any]) -> list[tuple[str, str, str]]:
         *counts,
         ("mean travel time, completed", _number(completed["average_travel_time_s"]), "s"),
         ("mean delay, completed", _number(completed["average_delay_s"]), "s"),
-        ("travel time, all", _number(figures["total_travel_time_veh_s"], 1 / 3600), "veh·h"),
-        ("delay, all", _number(figures["total_delay_veh_s"], 1 / 3600), "veh·h"),
-        ("distance, all", _number(figures["total_distance_veh_m"], 1 / 1000), "veh·km"),
-        ("mean speed", _number(figures["average_speed_m_s"], 3.6, decimals=1), "km/h"),
+        ("travel time, all", _number(figures["total_travel_time_veh_s"], 1 / TIMES["h"]), "veh·h"),
+        ("delay, all", _number(figures["total_delay_veh_s"], 1 / TIMES["h"]), "veh·h"),
+        ("distance, all", _number(figures["total_distance_veh_m"], 1 / LENGTHS["km"]), "veh·km"),
+        ("mean speed", _number(figures["average_speed_m_s"], KMH, decimals=1), "km/h"),
         ("gridlock", "yes" if figures["gridlocked"] else "no", ""),
         ("time of the engine", _number(figures["engine_wall_s"], 1000, decimals=1), "ms"),
         ("seed", str(figures["seed"]), ""),

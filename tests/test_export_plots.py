@@ -18,7 +18,7 @@ from shapely.geometry import LineString
 from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.network_states import network_states
 from uxsim_geo.export.colours import SPEED_CLASSES
-from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.map_plane import MapPlane, round_below
 from uxsim_geo.export.plots import mfd_figure, network_state_figure, save_figure
 from uxsim_geo.network.network import Network
 
@@ -122,6 +122,14 @@ def test_the_scale_bar_is_round_in_metres_whatever_the_unit() -> None:
     assert bar == (pytest.approx(200 / 0.3048006096), "200 m")
     assert replace(feet, metres_per_unit=1.0).scale_bar(5300.0) == (5000.0, "5 km")
     assert replace(feet, metres_per_unit=None).scale_bar(5300.0) is None
+
+
+@pytest.mark.parametrize("power", range(-3, 7))
+def test_round_numbers_below_are_not_above(power: int) -> None:
+    one = 10.0**power
+    assert round_below(one) == pytest.approx(one)
+    assert round_below(np.nextafter(one, 0)) == pytest.approx(one / 2)
+    assert round_below(4.9 * one) == pytest.approx(2 * one)
 
 
 def test_a_line_that_cannot_be_moved_stays() -> None:

@@ -10,10 +10,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.network.network import NODE_COLUMNS, NOTE_COLUMNS, Network
-
-KMH = 3.6  # km/h in 1 m/s
-PER_HOUR = 3600.0  # 1/h in 1/s
-PER_KM = 1000.0  # 1/km in 1/m
+from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
 
 
 def nodes_layer(network: Network) -> pd.DataFrame:
@@ -50,7 +47,12 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
     end lies one second before the next begin, so that a temporal map shows one bin at a time.
     """
     bins = len(states) // len(network.links)
-    links = network.links.loc[network.links.index.repeat(bins)].reset_index(drop=True)
+    links = pd.DataFrame(
+        {
+            name: np.repeat(network.links[name].array, bins)
+            for name in ("link_id", "length", "free_speed")
+        }
+    )
     layer = pd.DataFrame({"link_id": links["link_id"].astype(str)})
     layer["begin"] = _clock(states["begin_s"], start)
     layer["end"] = _clock(states["end_s"], start - timedelta(seconds=1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,8 +73,13 @@ class MapPlane:
         """A round length of at most ``longest`` map units and its name; None without a CRS."""
         if self.metres_per_unit is None:
             return None
-        metres = longest * self.metres_per_unit
-        power = 10.0 ** np.floor(np.log10(metres))
-        round_metres = float(max(step for step in (1, 2, 5) if step * power <= metres) * power)
+        round_metres = round_below(longest * self.metres_per_unit)
         name = f"{round_metres / 1000:g} km" if round_metres >= 1000 else f"{round_metres:g} m"
         return round_metres / self.metres_per_unit, name
+
+
+def round_below(value: float) -> float:
+    """The greatest of 1, 2 and 5 times a power of ten that is not above ``value`` (> 0)."""
+    power = 10.0 ** math.floor(math.log10(value))
+    # the logarithm of a number beside a power of ten may be rounded to the wrong side of it
+    return max(step * power for step in (0.5, 1.0, 2.0, 5.0, 10.0) if step * power <= value)

@@ -13,10 +13,10 @@ import pandas as pd
 
 from uxsim_geo.analysis.passages import Floats
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
-from uxsim_geo.export.layers import PER_HOUR, PER_KM
-from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.map_plane import MapPlane, round_below
 from uxsim_geo.files import replace_when_complete
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.units import PER_HOUR, PER_KM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -138,8 +138,7 @@ def _draw_width_legend(axes: Axes, largest: float, widest: float) -> None:
 
     if largest <= 0:
         return
-    power = 10.0 ** np.floor(np.log10(largest))
-    top = max(step for step in (1, 2, 5) if step * power <= largest) * power
+    top = round_below(largest)
     handles = [
         Line2D([], [], color="#555555", linewidth=NARROWEST + (widest - NARROWEST) * n / largest)
         for n in (top / 5, top / 2, top)

@@ -6,22 +6,11 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.errors import Faults
-from uxsim_geo.network.network import Network
+from uxsim_geo.network.network import REQUIRED_LINK_COLUMNS, Network
 from uxsim_geo.network.rows import add_missing_columns, add_rows, count, is_among, lacking, numbers
 
-#: columns a simulation reads; nodes may also lack control (then none) and through_traffic (True)
+#: of nodes; they may also lack control (then none) and through_traffic (True)
 REQUIRED_NODE_COLUMNS = ("node_id",)
-REQUIRED_LINK_COLUMNS = (
-    "link_id",
-    "from_node_id",
-    "to_node_id",
-    "length",
-    "lanes",
-    "free_speed",
-    "jam_density",
-    "capacity",
-    "merge_priority",
-)
 POSITIVE_LINK_COLUMNS = ("length", "lanes", "free_speed", "jam_density", "merge_priority")
 CONTROLS = ("none", "signal")
 

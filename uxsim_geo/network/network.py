@@ -13,8 +13,8 @@ import pandas as pd
 #: columns of ``nodes`` beside ``geometry`` (point), in their order
 NODE_COLUMNS = ("node_id", "zone_id", "control", "through_traffic")
 
-#: columns of ``links`` beside ``geometry`` (line), in their order
-LINK_COLUMNS = (
+#: columns of ``links`` that a simulation reads
+REQUIRED_LINK_COLUMNS = (
     "link_id",
     "from_node_id",
     "to_node_id",
@@ -24,6 +24,11 @@ LINK_COLUMNS = (
     "jam_density",
     "capacity",
     "merge_priority",
+)
+
+#: columns of ``links`` beside ``geometry`` (line), in their order
+LINK_COLUMNS = (
+    *REQUIRED_LINK_COLUMNS,
     "road_class",
     "name",
     "source_id",

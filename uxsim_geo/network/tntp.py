@@ -16,10 +16,8 @@ from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import is_among
 from uxsim_geo.network.tntp_flow import add_unknown_link_faults, read_flow, with_flow
 from uxsim_geo.network.tntp_links import links_table
-from uxsim_geo.network.tntp_net import NetFile, read_net
+from uxsim_geo.network.tntp_net import ENDS, NetFile, read_net
 from uxsim_geo.network.tntp_options import TntpOptions
-
-ENDS = ["from_node_id", "to_node_id"]
 
 
 def read_tntp_network(

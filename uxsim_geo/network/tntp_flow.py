@@ -8,10 +8,8 @@ import pandas as pd
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.notes import Notes
-from uxsim_geo.network.tntp_net import END_NAMES, find_column
+from uxsim_geo.network.tntp_net import END_NAMES, ENDS, find_column
 from uxsim_geo.network.tntp_rows import id_column, number_column, read_rows
-
-ENDS = ["from_node_id", "to_node_id"]
 
 
 def read_flow(path: Path, faults: Faults) -> pd.DataFrame | None:

@@ -20,9 +20,9 @@ from uxsim_geo.network.check import PLACEHOLDER
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.placeholders import is_copy
 from uxsim_geo.network.rows import whole_where_possible
-from uxsim_geo.network.tntp_net import NetFile
+from uxsim_geo.network.tntp_net import ENDS, NetFile
 from uxsim_geo.network.tntp_options import TntpOptions
-from uxsim_geo.network.units import Quantity, Unit
+from uxsim_geo.network.units import PER_HOUR, Quantity, Unit
 
 #: s, for the note on capacities above those of the diagram; the simulation has its own τ
 REACTION_TIME = 1.0
@@ -86,7 +86,7 @@ def links_table(net: NetFile, options: TntpOptions, notes: Notes) -> pd.DataFram
     text = ["road_class", "name", "source_id", "lanes_source", "free_speed_source"]
     links[text] = links[text].astype("str")
     _note_capacity_above_diagram(links, notes)
-    own = [name for name in table if name not in ("from_node_id", "to_node_id", "line")]
+    own = [name for name in table if name not in (*ENDS, "line")]
     return links.join(table[own].add_prefix("tntp_"))
 
 
@@ -190,7 +190,7 @@ def _lanes(known: Conversion) -> tuple[np.ndarray, np.ndarray]:
         return np.ones(len(table)), source
     if "capacity" in known.net.placeholders:
         return np.full(len(table), np.nan), np.full(len(table), None, dtype=object)
-    per_hour = known.si("capacity", "capacity") * 3600.0
+    per_hour = known.si("capacity", "capacity") * PER_HOUR
     lanes = np.maximum(1.0, np.rint(per_hour / options.lane_capacity))
     infinite = infinite_capacity(table, options)
     widest = lanes[~infinite].max(initial=1.0)

@@ -29,6 +29,9 @@ END_NAMES = {
     "term_node": ("term_node", "to", "to_node", "head", "head_node"),
 }
 
+#: what they are called from here on
+ENDS = ["from_node_id", "to_node_id"]
+
 #: columns that hold numbers wherever they occur; others may hold text
 NUMBER_COLUMNS = (
     "capacity",
@@ -177,7 +180,7 @@ def _add_count_faults(net: NetFile, rows: TntpRows, faults: Faults) -> None:
         )
     if net.nodes is None:
         return
-    for column in ("from_node_id", "to_node_id"):
+    for column in ENDS:
         # ids above the number of nodes are unknown nodes, unless the ids are no numbering 1..N
         number_of = pd.to_numeric(net.table[column], errors="coerce")
         unknown = np.asarray(number_of > net.nodes)

@@ -32,6 +32,9 @@ UNITS: dict[Quantity, dict[str, float]] = {
 
 PER_LANE = "/lane"
 
+#: from SI to what people read: km/h in 1 m/s, 1/h in 1/s, 1/km in 1/m
+KMH, PER_HOUR, PER_KM = 3.6, 3600.0, 1000.0
+
 
 @dataclass(frozen=True)
 class Unit:
