@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.ingest import NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.network.units import KMH, LENGTHS, PER_HOUR, PER_KM
 
 if TYPE_CHECKING:
@@ -57,11 +57,16 @@ def describe_run(path: Path) -> str:
 def describe_network(path: Path) -> str:
     """Counts, lengths, ranges of the attributes, CRS, and the topics of the import notes."""
     from uxsim_geo.network.files import read_network
+    from uxsim_geo.network.network import REQUIRED_LINK_COLUMNS
+    from uxsim_geo.network.rows import add_missing_columns
 
     network = read_network(path)
     links = network.links
+    faults = Faults(str(path))
+    add_missing_columns(faults, links, REQUIRED_LINK_COLUMNS)
+    faults.raise_if_any()
     crs = getattr(network.nodes, "crs", None)
-    zones = int(network.nodes["zone_id"].notna().sum())
+    zones = network.nodes["zone_id"].count() if "zone_id" in network.nodes else 0
     kilometres = links["length"] / LENGTHS["km"]
     rows = [
         ("nodes", f"{len(network.nodes):,}", f"of these {zones:,} zones"),

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 from uxsim_geo.errors import Fault, InputError
@@ -135,6 +135,11 @@ def is_unchanged(record: FileRecord, path: Path) -> bool:
 
 
 def _stage_record(entry: dict[str, Any]) -> StageRecord:
+    # outputs are deleted when they are out of date: never one outside the folder
+    if any(
+        PurePath(name).is_absolute() or ".." in PurePath(name).parts for name in entry["outputs"]
+    ):
+        raise ValueError("an output that does not lie in the run's folder")
     files = {
         side: {name: FileRecord(**record) for name, record in entry[side].items()}
         for side in ("inputs", "outputs")

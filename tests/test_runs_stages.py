@@ -131,6 +131,21 @@ def test_a_damaged_manifest_is_not_believed(done: Path, text: str) -> None:
     assert execute(done) == ["ingest", "simulate", "report"]
 
 
+@pytest.mark.parametrize("name", ["../precious.txt", "{folder}/precious.txt"])
+def test_a_manifest_cannot_have_other_files_deleted(done: Path, name: str) -> None:
+    precious = done / "precious.txt"
+    precious.write_text("of someone else")
+    data = manifest(done)
+    data["stages"]["report"]["outputs"][name.format(folder=done)] = {
+        "path": name,
+        "sha256": "",
+        "size": 0,
+    }
+    (done / "run/manifest.json").write_text(json.dumps(data))
+    assert execute(done, "simulate.seed=3", last="simulate") == ["ingest", "simulate"]
+    assert precious.exists()
+
+
 def test_manifest_vouches_for_every_file(done: Path) -> None:
     data = manifest(done)
     outputs = [stage["outputs"] for stage in data["stages"].values()]
