@@ -168,6 +168,30 @@ def test_file_in_the_way_of_the_run_folder(
     assert "a file is in the way" in capsys.readouterr().err
 
 
+def test_a_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
+    write_small_run(tmp_path)
+    pictures = "report.outputs=[geopackage, network_state, mfd]"
+    assert run(tmp_path, "--quiet", "--set", pictures) == 0
+    folder = tmp_path / "runs/small"
+    assert {path.relative_to(folder).as_posix() for path in folder.rglob("*.*")} == {
+        "config.yaml",
+        "demand.parquet",
+        "demand_notes.parquet",
+        "events.parquet",
+        "manifest.json",
+        "mfd.png",
+        "network/import_notes.parquet",
+        "network/links.parquet",
+        "network/movements.parquet",
+        "network/nodes.parquet",
+        "network_state.png",
+        "results.gpkg",
+        "run.log",
+        "summary.json",
+        "trips.parquet",
+    }
+
+
 @pytest.mark.parametrize("name", ["too-long-" * 40, "refused"])
 def test_a_folder_that_cannot_be_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, name: str
@@ -255,6 +279,14 @@ def test_inspect_shows_a_screenful(
     shown = capsys.readouterr().out
     assert all(word in shown for word in expected)
     assert len(shown.splitlines()) <= 50
+
+
+def test_inspect_names_what_a_network_lacks(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "network/links.parquet").write_bytes((finished / "events.parquet").read_bytes())
+    assert main(["inspect", str(finished / "network")]) == 2
+    assert "lacks the column length" in capsys.readouterr().err
 
 
 def test_inspect_refuses_what_it_does_not_know(

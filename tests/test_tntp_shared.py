@@ -13,6 +13,7 @@ from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.demand.tntp import read_tntp_trips
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.check import check_network
+from uxsim_geo.network.coordinates import LON_LAT
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.tntp import read_tntp_network
 from uxsim_geo.network.tntp_options import TntpOptions
@@ -172,7 +173,9 @@ def test_counts_are_those_of_the_inventory(shared: Path, name: str) -> None:
     assert len(network.nodes) == case.nodes_used
     assert len(network.links) == case.links
     assert (network.links["length"] > 0).all()
-    assert network.nodes.crs == (None if case.coordinates is None else network.links.crs)
+    crs = None if case.coordinates is None else case.options.crs or LON_LAT
+    assert network.nodes.crs == (None if crs == "none" else crs)
+    assert network.links.crs == network.nodes.crs
 
 
 @pytest.mark.parametrize("connectors", ["keep", "collapse"])
