@@ -77,6 +77,28 @@ def test_every_layer_is_there_and_registered(package: Path) -> None:
     assert kinds["link_times"] == kinds["import_notes"] == kinds["run_info"] == "attributes"
 
 
+#: what scripts and maps rely on, by layer; a change here breaks theirs
+STATE_COLUMNS = (
+    "speed_kmh speed_ratio experienced_travel_time_s delay_s delay_veh_s queue_veh queue_m"
+)
+COLUMNS = {
+    "nodes": "node_id zone_id control through_traffic",
+    "links": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
+    "jam_density_vpkm_per_lane capacity_vph merge_priority lanes_source free_speed_source "
+    f"source_id volume_veh {STATE_COLUMNS}",
+    "link_times": "link_id begin end flow_vph density_vpkm entries_veh exits_veh " + STATE_COLUMNS,
+    "link_states": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
+    f"begin end flow_vph density_vpkm entries_veh exits_veh {STATE_COLUMNS}",
+    "import_notes": "element element_id topic severity note value",
+    "run_info": "item value",
+}
+
+
+@pytest.mark.parametrize("layer", sorted(LAYERS))
+def test_every_layer_has_the_columns_that_others_rely_on(package: Path, layer: str) -> None:
+    assert list(pyogrio.read_info(package, layer=layer)["fields"]) == COLUMNS[layer].split()
+
+
 def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
     links = gpd.read_file(package, layer="links")
     first = links.iloc[0]

@@ -23,6 +23,14 @@ def read(folder: Path, text: str, options: TntpOptions = UNITS, **files: Path) -
     return read_tntp_network(write(folder, "net.tntp", text), options, **files)
 
 
+#: what scripts rely on; a change here breaks theirs
+NODE_NAMES = "node_id zone_id control through_traffic"
+LINK_NAMES = (
+    "link_id from_node_id to_node_id length lanes free_speed jam_density capacity merge_priority "
+    "road_class name source_id lanes_source free_speed_source"
+)
+
+
 def topics(network: Network) -> dict[str, str]:
     return dict(zip(network.notes["topic"], network.notes["value"], strict=True))
 
@@ -31,8 +39,8 @@ def test_units_speed_lanes_and_capacity_by_hand(tmp_path: Path) -> None:
     rows = [row(1, 2, 5400, 2, 2), row(2, 1, 4800, 1, 1.2), row(2, 3, 4500, 0.5, 1)]
     network = read(tmp_path, net(rows, zones=3))
     links = network.links
-    assert tuple(links.columns[:14]) == LINK_COLUMNS
-    assert tuple(network.nodes.columns[:4]) == NODE_COLUMNS
+    assert tuple(links.columns[:14]) == LINK_COLUMNS == tuple(LINK_NAMES.split())
+    assert tuple(network.nodes.columns[:4]) == NODE_COLUMNS == tuple(NODE_NAMES.split())
     assert list(links["link_id"]) == ["1-2", "2-1", "2-3"]
     assert links["length"].tolist() == [2000.0, 1000.0, 500.0]
     assert links["free_speed"].to_numpy() == pytest.approx([1000 / 60, 1000 / 72, 500 / 60])
