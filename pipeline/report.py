@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from pipeline import ingest, simulate
 from pipeline.config import Config, Output
 from pipeline.runs import RunFolder
 from pipeline.stages import Outcome, Stage, Task
+from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
 
 if TYPE_CHECKING:
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     from uxsim_geo.result import Result
 
 SUMMARY = "summary.json"
+
+#: links times time bins; more would take over 10 GB of memory
+MOST_STATES = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -78,6 +83,7 @@ def _read_material(task: Task) -> Material:
     from uxsim_geo.parquet import read_tables
 
     network = read_network(task.folder / ingest.NETWORK)
+    _check_bins(len(network.links), task.config)
     (demand_notes,) = read_tables(task.folder / ingest.DEMAND_NOTES)
     result = simulate.read_result(task)
     return Material(
@@ -90,6 +96,14 @@ def _read_material(task: Task) -> Material:
         ),
         figures=summary(network, result),
     )
+
+
+def _check_bins(links: int, config: Config) -> None:
+    """Refuse time bins so short that the computer would choke on their number."""
+    bin_s, shortest = config.report.bin_s, config.simulate.duration_s * links / MOST_STATES
+    if bin_s < shortest:
+        what = f"report.bin_s: too short for {links:,} links; take {math.ceil(shortest)} s or more"
+        raise InputError([Fault(what, value=bin_s)])
 
 
 def _write_summary(material: Material, path: Path) -> None:

@@ -192,6 +192,14 @@ def test_a_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
     }
 
 
+def test_time_bins_beyond_number_are_refused_before_they_fill_the_memory(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(finished.parents[1], "--set", "report.bin_s=1e-9") == 2
+    assert "take 1 s or more" in capsys.readouterr().err
+    assert (finished / "results.gpkg").exists()
+
+
 @pytest.mark.parametrize("name", ["too-long-" * 40, "refused"])
 def test_a_folder_that_cannot_be_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, name: str
