@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 from small_networks import across, demand, grid, link, network
 
+from uxsim_geo.compiling import entry
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import make_platoons
 from uxsim_geo.draws import CHOICE, combine, unit
@@ -279,6 +280,31 @@ def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> Non
         for _ in range(2)
     ]
     assert [line.strip() for line in hits] == ["[0, 0, 0]", "[1, 1, 1]"]
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_compiled_code_is_kept_where_that_can_be_done(
+    writable: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """numba raises where no folder can be written to; then it has to go without."""
+    if not writable:
+        monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
+    double = entry()(lambda number: 2 * number)
+    assert double(21) == 42
+
+
+def test_compiling_is_done_before_the_clock_of_the_engine_starts() -> None:
+    here = Path(__file__).parent
+    program = (
+        "from test_engine_order import random_case; from uxsim_geo.engine import simulation as s; "
+        "made = s.Simulation(*(c := random_case(0))[:1], s.make_platoons(*c[1:]), c[2]); "
+        "print(len(s.run_until.signatures))"
+    )
+    paths = os.pathsep.join([str(here), str(here.parent)])
+    environment = os.environ | {"PYTHONPATH": paths}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "1"
 
 
 def test_a_vehicle_elsewhere_changes_no_other_vehicle() -> None:

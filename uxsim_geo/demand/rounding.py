@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from uxsim_geo import draws
+from uxsim_geo.compiling import entry, inner
 from uxsim_geo.draws import ROUNDING, Keys
 
 _TINY = 1e-9
-# called by compiled code only: wrappers for Python would take most of the compiler's time
-_OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-_inner = njit(**_OPTIONS)
+_inner = inner()
 _combine = _inner(draws.combine)
 _unit = _inner(draws.unit)
 
@@ -87,7 +85,7 @@ def _graph_of(parts: npt.NDArray[np.float64], ends: npt.NDArray[np.int64]) -> _G
     return _Graph(parts, ends, order % parts.size, places.reshape(2, -1), first, degree)
 
 
-@njit(cache=True)
+@entry()
 def _round_fractions(graph, trail, keys):  # type: ignore[no-untyped-def]
     """Turn all parts into 0 or 1: walk along open edges, and settle every cycle or path met."""
     draws_made = 0

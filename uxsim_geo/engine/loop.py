@@ -90,8 +90,9 @@ def _entry_points(sources: str):
 
 def _hash_of_sources() -> str:
     engine = Path(__file__).parent
+    library = engine.parent
     digest = hashlib.sha256()
-    for source in [*sorted(engine.glob("*.py")), engine.parent / "draws.py"]:
+    for source in [*sorted(engine.glob("*.py")), library / "compiling.py", library / "draws.py"]:
         digest.update(source.read_bytes())
     return digest.hexdigest()
 

@@ -11,20 +11,19 @@ import os
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+
+from uxsim_geo.compiling import entry, inner
 
 # Counting references on every array of the world in every small call costs 13 to 50 times the
 # work itself. Kernels allocate nothing and keep nothing, so they go without: `_nrt` is a private
 # option of numba, and a test holds that it changes nothing but the time. Divisions follow
-# IEEE 754, as numpy's do. Wrappers for Python, which no kernel needs, would double the time that
-# compiling takes.
+# IEEE 754, as numpy's do.
 _OPTIONS: dict[str, Any] = {
     "_nrt": "UXSIM_GEO_COUNT_REFERENCES" in os.environ,
     "error_model": "numpy",
 }
-_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-kernel = njit(forceinline=True, **_INNER, **_OPTIONS)
-compiled = njit(nogil=True, cache=True, **_OPTIONS)
+kernel = inner(forceinline=True, **_OPTIONS)
+compiled = entry(nogil=True, **_OPTIONS)
 
 #: a platoon in a queue: in a link, or waiting in its origin
 PLATOON = np.dtype(

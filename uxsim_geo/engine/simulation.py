@@ -81,6 +81,7 @@ class Simulation:
         )
         self._events: list[Records] = []
         self._call(prepare)
+        self._call(run_until)  # up to step 0: compiles, where that has to be done, before the clock
 
     @property
     def steps(self) -> int:
