@@ -85,7 +85,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_run_options(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("config", type=Path, metavar="CONFIG", help="configuration, a YAML file")
-    add("--out", type=Path, default=Path("runs"), metavar="DIR", help="default: %(default)s")
+    add("--out", type=_folder, default=Path("runs"), metavar="DIR", help="default: %(default)s")
     add(
         "--set",
         action="append",
@@ -96,6 +96,12 @@ def _add_run_options(command: argparse.ArgumentParser) -> None:
     add("--seed", metavar="N", help="short for --set simulate.seed=N")
     add("--force", action="store_true", help="also repeat stages that are up to date")
     add("--quiet", action="store_true", help="show neither progress nor results")
+
+
+def _folder(text: str) -> Path:
+    if not text.strip():
+        raise argparse.ArgumentTypeError("is empty; name a folder, as runs, or . for this one")
+    return Path(text)
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
@@ -77,7 +78,7 @@ class RunFolder:
         return self.path / name
 
     def create(self) -> None:
-        """Make the folder; that this is possible is for the user to see to."""
+        """Make the folder; that this is possible, and files in it, is for the user to see to."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except (FileExistsError, NotADirectoryError):
@@ -86,6 +87,8 @@ class RunFolder:
         except OSError as error:
             what = f"cannot be the run's folder ({error.strerror}); choose another name or --out"
             raise InputError([Fault(what, str(self.path))]) from None
+        if not os.access(self.path, os.W_OK | os.X_OK):
+            raise InputError([Fault("cannot be written to; choose another --out", str(self.path))])
 
     def read_manifest(self) -> Manifest:
         """Return the manifest; an empty one where there is none that can be believed."""

@@ -200,6 +200,32 @@ def test_time_bins_beyond_number_are_refused_before_they_fill_the_memory(
     assert (finished / "results.gpkg").exists()
 
 
+def test_a_folder_that_cannot_be_written_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_small_run(tmp_path)
+    (tmp_path / "runs/small").mkdir(parents=True)
+    # a folder without the right to write, also for those whom no rights hold back
+    monkeypatch.setattr("os.access", lambda *_, **__: False)
+    assert run(tmp_path) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith("error: ")
+    assert "cannot be written to; choose another --out" in line
+    assert list((tmp_path / "runs/small").iterdir()) == []
+
+
+@pytest.mark.parametrize("out", ["", " "])
+def test_an_empty_folder_name_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, out: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        main(["run", str(write_small_run(tmp_path)), "--out", out])
+    assert end.value.code == 2
+    assert "--out: is empty" in capsys.readouterr().err
+    assert not (tmp_path / "small").exists()
+
+
 @pytest.mark.parametrize("name", ["too-long-" * 40, "refused"])
 def test_a_folder_that_cannot_be_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, name: str
