@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -20,7 +21,10 @@ from newell_link import events_of, network_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.engine.arrays import diagram_capacity
+from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.geopackage import RunDescription, write_geopackage
+from uxsim_geo.export.layers import links_layer
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -84,10 +88,11 @@ STATE_COLUMNS = (
 COLUMNS = {
     "nodes": "node_id zone_id control through_traffic",
     "links": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
-    "jam_density_vpkm_per_lane capacity_vph merge_priority lanes_source free_speed_source "
-    f"source_id volume_veh {STATE_COLUMNS}",
+    "jam_density_vpkm_per_lane capacity_vph effective_capacity_vph merge_priority lanes_source "
+    f"free_speed_source source_id volume_veh {STATE_COLUMNS}",
     "link_times": "link_id begin end flow_vph density_vpkm entries_veh exits_veh " + STATE_COLUMNS,
     "link_states": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
+    "jam_density_vpkm_per_lane effective_capacity_vph "
     f"begin end flow_vph density_vpkm entries_veh exits_veh {STATE_COLUMNS}",
     "import_notes": "element element_id topic severity note value",
     "run_info": "item value",
@@ -118,6 +123,65 @@ def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
     assert states["density_vpkm"][0] == pytest.approx(5 * (55 + 45) / 60)
     assert states["speed_kmh"][0] == pytest.approx(3.6 * 1900 / 100)
     assert states["queue_veh"].tolist() == [5, 5, 5, 0, 0, 0]
+
+
+def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path) -> None:
+    network = network_of([{}, {"capacity": 0.5}, {"capacity": 9.0, "lanes": 2}])
+    states = link_times(network, events_of(network, []), trips_of([]), Settings(100.0), 100.0)
+    settings = Settings(100.0, reaction_time=1.5)
+    tabled = links_layer(network, states, settings.reaction_time)["effective_capacity_vph"]
+    # one lane: 20 m/s x 0.2 veh/m / (1 + 20 x 1.5 x 0.2) = 4/7 veh/s
+    assert tabled.tolist() == pytest.approx([3600 * 4 / 7, 1800, 3600 * 8 / 7])
+    diagram = diagram_capacity(network.links, settings)
+    assert (tabled / 3600).tolist() == pytest.approx(np.fmin(network.links["capacity"], diagram))
+    path = tmp_path / "results.gpkg"
+    for information in ({}, {"reaction_time_s": 1.5}):
+        write_geopackage(path, network, states, RunDescription(START, network.notes, information))
+        written = pyogrio.read_dataframe(path, layer="links")["effective_capacity_vph"]
+        assert written.notna().all() == bool(information)
+
+
+def style_of(path: Path, layer: str) -> ElementTree.Element:
+    found = rows(path, f"SELECT styleQML FROM layer_styles WHERE f_table_name = '{layer}'")
+    return ElementTree.fromstring(str(found[0][0]))
+
+
+def test_a_standing_queue_is_wide_and_an_empty_road_narrow(package: Path) -> None:
+    root = style_of(package, "link_states")
+    expressions = {str(option.get("value")) for option in root.iter("Option")}
+    (width,) = (text for text in expressions if text.startswith("scale_linear"))
+    share = re.fullmatch(r"scale_linear\((.*), 0, 1, 0.25, 2.6\)", width)
+    assert share is not None
+    two_lanes = 'SELECT 1000.0 AS "effective_capacity_vph", 2 AS "lanes", '
+    two_lanes += '200.0 AS "jam_density_vpkm_per_lane", '
+
+    def width_of(flow: float | str, density: float) -> object:
+        state = f'{two_lanes} {flow} AS "flow_vph", {density} AS "density_vpkm"'
+        return rows(package, f"SELECT {share[1]} FROM ({state})")[0][0]
+
+    assert width_of(0.0, 400.0) == 1
+    assert width_of(1000.0, 40.0) == 1
+    assert width_of(500.0, 20.0) == 0.5
+    assert width_of(0.0, 0.0) == 0
+    assert width_of("NULL", 100.0) == 0.25
+
+
+@pytest.mark.parametrize("layer", ["links", "link_states"])
+def test_where_nobody_was_is_grey_and_says_so(package: Path, layer: str) -> None:
+    root = style_of(package, layer)
+    renderer = root.find("renderer-v2")
+    assert renderer is not None
+    assert renderer.get("attr") == 'coalesce("speed_ratio", -1)'
+    holding = {
+        speed: [r for r in root.iter("range") if is_in(speed, r)] for speed in (-1.0, 0.1, 1.0)
+    }
+    assert [found.get("label") for found in holding[-1.0]] == [NO_TRAFFIC]
+    assert [found.get("label") for found in holding[0.1]] == [SPEED_CLASSES[0].label]
+    assert [found.get("label") for found in holding[1.0]] == [SPEED_CLASSES[-1].label]
+
+
+def is_in(speed: float, range_: ElementTree.Element) -> bool:
+    return float(str(range_.get("lower"))) <= speed <= float(str(range_.get("upper")))
 
 
 def test_states_join_their_own_link_and_clock(package: Path) -> None:
@@ -165,8 +229,7 @@ def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) ->
         assert geometry == ("geom" if "geom" in columns else "")
         for option in root.iter("Option"):
             if option.get("name") == "expression":
-                quoted = str(option.get("value")).split('"')[1]
-                assert quoted in columns
+                assert set(re.findall('"(.*?)"', str(option.get("value")))) <= columns
         temporal = root.find("temporal")
         if name == "link_states":
             assert temporal is not None

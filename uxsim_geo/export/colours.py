@@ -24,8 +24,9 @@ SPEED_CLASSES = (
     SpeedClass(0.2, 0.4, "#e0592a", "20–40 %"),
     SpeedClass(0.4, 0.6, "#f2b84b", "40–60 %"),
     SpeedClass(0.6, 0.8, "#84bcd8", "60–80 %"),
-    SpeedClass(0.8, 1.0, "#2b6fad", "80–100 %, or empty"),
+    SpeedClass(0.8, 1.0, "#2b6fad", "80–100 %"),
 )
 
 #: of roads without traffic, and of everything that is only there for orientation
 NEUTRAL = "#b4b4b4"
+NO_TRAFFIC = "no vehicles"

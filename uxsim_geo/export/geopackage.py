@@ -24,7 +24,13 @@ from uxsim_geo.export.layers import (
     notes_layer,
     run_info_layer,
 )
-from uxsim_geo.export.styles import nodes_style, table_style, traffic_style
+from uxsim_geo.export.styles import (
+    SHARE_OF_ROAD,
+    nodes_style,
+    share_of_largest,
+    table_style,
+    traffic_style,
+)
 from uxsim_geo.files import replace_when_complete
 from uxsim_geo.network.network import Network
 
@@ -42,7 +48,8 @@ DESCRIPTIONS = {
 LINK_STATES_VIEW = """
     CREATE VIEW link_states AS
     SELECT t.fid AS OGC_FID, t.link_id, l.from_node_id, l.to_node_id, l.name, l.road_class,
-           l.length_m, l.lanes, l.free_speed_kmh, {times}{geometry}
+           l.length_m, l.lanes, l.free_speed_kmh, l.jam_density_vpkm_per_lane,
+           l.effective_capacity_vph, {times}{geometry}
     FROM link_times AS t JOIN links AS l ON l.link_id = t.link_id
 """
 
@@ -74,7 +81,8 @@ class RunDescription:
     notes
         of the import, with the columns of :data:`uxsim_geo.network.network.NOTE_COLUMNS`
     information
-        names and values for ``run_info``: configuration, versions, seed, figures
+        names and values for ``run_info``: configuration, versions, seed, figures; without a number
+        ``reaction_time_s`` among them the capacity of the diagram is not known and stays empty
     """
 
     start: datetime
@@ -84,6 +92,12 @@ class RunDescription:
     def __post_init__(self) -> None:
         if self.start.tzinfo is None:
             raise ValueError(f"start needs a time zone, for instance UTC: {self.start.isoformat()}")
+
+    @property
+    def reaction_time(self) -> float | None:
+        """τ of the run in s, as ``information`` tells it; None if it does not."""
+        value = self.information.get("reaction_time_s")
+        return float(value) if isinstance(value, (int, float)) else None
 
 
 def write_geopackage(
@@ -98,7 +112,7 @@ def write_geopackage(
     """
     layers = {
         "nodes": nodes_layer(network),
-        "links": links_layer(network, states),
+        "links": links_layer(network, states, description.reaction_time),
         "link_times": link_times_layer(network, states, description.start),
         "import_notes": notes_layer(description.notes),
         "run_info": run_info_layer(description.information),
@@ -171,12 +185,11 @@ def _add_link_states(database: sqlite3.Connection, times: list[str], stamp: str)
 def _add_styles(database: sqlite3.Connection, layers: dict[str, pd.DataFrame], stamp: str) -> None:
     """A default style for every layer, in the table where QGIS looks for it."""
     volume = float(layers["links"]["volume_veh"].max())
-    flow = float(layers["link_times"]["flow_vph"].max())
     state_columns = [row[1] for row in database.execute("PRAGMA table_info(link_states)")]
     styles = {name: table_style(layer.columns) for name, layer in layers.items()}
     styles["nodes"] = nodes_style(layers["nodes"].columns)
-    styles["links"] = traffic_style(layers["links"].columns, "volume_veh", volume)
-    styles["link_states"] = traffic_style(state_columns, "flow_vph", flow, temporal=True)
+    styles["links"] = traffic_style(layers["links"].columns, share_of_largest("volume_veh", volume))
+    styles["link_states"] = traffic_style(state_columns, SHARE_OF_ROAD, temporal=True)
     geometry = dict(database.execute("SELECT table_name, column_name FROM gpkg_geometry_columns"))
     database.execute(LAYER_STYLES_TABLE)
     database.executemany(

@@ -18,12 +18,16 @@ def nodes_layer(network: Network) -> pd.DataFrame:
     return _with_geometry(network.nodes[list(NODE_COLUMNS)].copy(), network.nodes)
 
 
-def links_layer(network: Network, states: pd.DataFrame) -> pd.DataFrame:
+def links_layer(
+    network: Network, states: pd.DataFrame, reaction_time: float | None = None
+) -> pd.DataFrame:
     """The links table with its attributes and the figures of the whole run.
 
     ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. volume_veh are the
     vehicles that entered; delay_s is the mean over those who left, delay_veh_s the sum over all;
-    queue_veh and queue_m are the largest at the end of a time bin.
+    queue_veh and queue_m are the largest at the end of a time bin. capacity_vph is the given one,
+    effective_capacity_vph what holds: the lower of that and the diagram's for ``reaction_time`` in
+    seconds (empty where that is None).
     """
     links, totals = network.links.reset_index(drop=True), link_totals(network, states)
     layer = links[["link_id", "from_node_id", "to_node_id", "name", "road_class"]].copy()
@@ -32,6 +36,7 @@ def links_layer(network: Network, states: pd.DataFrame) -> pd.DataFrame:
     layer["free_speed_kmh"] = links["free_speed"] * KMH
     layer["jam_density_vpkm_per_lane"] = links["jam_density"] * PER_KM
     layer["capacity_vph"] = links["capacity"].astype(float) * PER_HOUR
+    layer["effective_capacity_vph"] = _effective_capacity(links, reaction_time) * PER_HOUR
     for column in ("merge_priority", "lanes_source", "free_speed_source", "source_id"):
         layer[column] = links[column]
     layer["volume_veh"] = totals["volume"]
@@ -79,6 +84,15 @@ def run_info_layer(information: Mapping[str, object]) -> pd.DataFrame:
             "value": pd.Series([str(value) for value in information.values()], dtype="string"),
         }
     )
+
+
+def _effective_capacity(links: pd.DataFrame, reaction_time: float | None) -> pd.Series:
+    """The lower of the given capacity and Q = m u κ / (1 + u τ κ), veh/s; null without τ."""
+    if reaction_time is None:
+        return pd.Series(np.nan, index=links.index)
+    lane_density = links["free_speed"] * links["jam_density"]
+    diagram = links["lanes"] * lane_density / (1 + reaction_time * lane_density)
+    return pd.Series(np.fmin(links["capacity"].astype(float), diagram), index=links.index)
 
 
 def _add_speed_and_delay(layer: pd.DataFrame, figures: pd.DataFrame, links: pd.DataFrame) -> None:

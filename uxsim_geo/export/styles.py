@@ -1,7 +1,8 @@
 """QGIS styles (QML) for every layer of the GeoPackage, so that it opens as a map.
 
 Lines stand to the right of their road, so that both directions show; their width is the traffic
-and their colour the speed relative to free speed.
+and their colour the speed relative to free speed. In time the width is how much of the road is
+taken, by vehicles that drive or by vehicles that stand: flow alone would hide a standing queue.
 """
 
 from __future__ import annotations
@@ -9,11 +10,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from uxsim_geo.export.colours import SPEED_CLASSES
+from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC, SPEED_CLASSES, SpeedClass
 
 #: a fixed old version: QGIS reads styles of any version before its own
 QGIS_VERSION = "3.22.0"
 WIDEST, NARROWEST = 2.6, 0.25  # mm
+
+#: stands for the speed where nobody was, below every speed
+NOBODY = -1.0
+
+#: the greater of flow / capacity and density / jam density, an expression over link_states
+SHARE_OF_ROAD = (
+    'max(coalesce("flow_vph" / "effective_capacity_vph", 0), '
+    'coalesce("density_vpkm" / ("jam_density_vpkm_per_lane" * "lanes"), 0))'
+)
 
 #: what columns are called in forms and tables; the rest say it by their names
 ALIASES = {
@@ -31,16 +41,21 @@ ALIASES = {
     "entries_veh": "entered (veh)",
     "exits_veh": "left (veh)",
     "length_m": "length (m)",
-    "capacity_vph": "capacity (veh/h)",
+    "capacity_vph": "given capacity (veh/h)",
+    "effective_capacity_vph": "effective capacity (veh/h)",
     "jam_density_vpkm_per_lane": "jam density (veh/km per lane)",
 }
 
 
-def traffic_style(
-    columns: Iterable[str], width_column: str, largest: float, *, temporal: bool = False
-) -> str:
-    """Lines as wide as ``width_column`` (``largest`` is the widest), coloured by speed_ratio.
+def share_of_largest(column: str, largest: float) -> str:
+    """The expression of a column's share in its largest value, 0 to 1."""
+    return f'coalesce("{column}", 0) / {max(largest, 1.0):.6g}'
 
+
+def traffic_style(columns: Iterable[str], share: str, *, temporal: bool = False) -> str:
+    """Lines as wide as the expression ``share`` (0 to 1) says, coloured by speed_ratio.
+
+    Where nobody was, and so no speed is, they are grey, with a label of their own.
     A ``temporal`` style shows each feature between its fields begin and end.
     """
     root = _document()
@@ -51,7 +66,7 @@ def traffic_style(
         "renderer-v2",
         {
             "type": "graduatedSymbol",
-            "attr": 'coalesce("speed_ratio", 1)',
+            "attr": f'coalesce("speed_ratio", {NOBODY:g})',
             "graduatedMethod": "GraduatedColor",
             "symbollevels": "0",
             "enableorderby": "0",
@@ -59,13 +74,11 @@ def traffic_style(
         },
     )
     ranges, symbols = SubElement(renderer, "ranges"), SubElement(renderer, "symbols")
-    width = (
-        f'scale_linear(coalesce("{width_column}", 0), 0, {max(largest, 1.0):.6g}, '
-        f"{NARROWEST}, {WIDEST})"
-    )
-    for number, (lower, upper, colour, label) in enumerate(SPEED_CLASSES):
-        # rounding may lift the speed a hair above free speed
-        upper = 1.000001 if number == len(SPEED_CLASSES) - 1 else upper
+    width = f"scale_linear({share}, 0, 1, {NARROWEST}, {WIDEST})"
+    # rounding may lift the speed a hair above free speed
+    fastest = SPEED_CLASSES[-1]._replace(upper=1.000001)
+    nobody = SpeedClass(NOBODY - 0.5, NOBODY + 0.5, NEUTRAL, NO_TRAFFIC)
+    for number, (lower, upper, colour, label) in enumerate((*SPEED_CLASSES[:-1], fastest, nobody)):
         SubElement(
             ranges,
             "range",
