@@ -99,6 +99,16 @@ def test_a_capacity_per_lane_needs_lanes(tmp_path: Path) -> None:
     assert "no column lanes" in fault.what
 
 
+def test_a_first_thru_node_above_all_nodes_would_leave_no_way(tmp_path: Path) -> None:
+    (fault,) = faults_of(tmp_path, net(RING, first=4))
+    assert (fault.line, fault.column, fault.value) == (3, "<FIRST THRU NODE>", "4")
+    assert "the highest is 3" in fault.what
+    (fault,) = faults_of(tmp_path, net(RING), replace(UNITS, first_thru_node=4))
+    assert (fault.column, fault.value) == ("first_thru_node", 4)
+    write(tmp_path, "net.tntp", net(RING, first=4))
+    read_tntp_network(tmp_path / "net.tntp", replace(UNITS, first_thru_node=3))
+
+
 def test_options_tell_all_their_faults() -> None:
     with pytest.raises(InputError) as raised:
         TntpOptions(length_unit="furlong", time_unit="-1 h", max_speed=1.0, capacity="guess")  # type: ignore[arg-type]

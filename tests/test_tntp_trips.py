@@ -12,6 +12,7 @@ from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.demand.tntp import read_tntp_trips
+from uxsim_geo.errors import InputError
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.tntp import read_tntp_network
 from uxsim_geo.network.tntp_options import TntpOptions
@@ -45,8 +46,8 @@ def note(demand: Demand, topic: str) -> str:
 
 
 def test_zeros_and_trips_within_a_zone_make_no_demand(tmp_path: Path, ring: Network) -> None:
-    text = trips("Origin 1\n 1 : 2.5; 2 : 3.0;\n 3 : 0.0;\nOrigin 2\n\nOrigin 3\n 1 : 4.5;\n")
-    demand = read(tmp_path, text, ring)
+    text = "Origin 1\n 1 : 2.5; 2 : 3.0;\n 3 : 0.0;\nOrigin 2\n\nOrigin 3\n 1 : 4.5;\n"
+    demand = read(tmp_path, trips(text, total="10.0"), ring)
     assert tuple(demand.table.columns) == DEMAND_COLUMNS
     assert pairs(demand) == {("1", "2"): 3.0, ("3", "1"): 4.5}
     assert note(demand, "intrazonal trips") == "2.5"
@@ -77,7 +78,8 @@ def test_every_way_of_writing_gives_the_same_trips(tmp_path: Path, ring: Network
         ("10", True),
         ("9.95", False),
         ("1.0e+001", True),
-        ("12.0", False),
+        ("10.05", False),
+        ("1", False),
         ("-", True),
     ],
 )
@@ -86,6 +88,14 @@ def test_the_declared_total_is_compared_as_precisely_as_it_is_written(
 ) -> None:
     demand = read(tmp_path, trips("Origin 1\n 2 : 10.0;\n", total=total), ring)
     assert ("trips total" not in set(demand.notes["topic"])) == agrees
+
+
+def test_a_file_cut_at_an_origin_block_is_a_fault(tmp_path: Path, ring: Network) -> None:
+    whole = "Origin 1\n 2 : 10.0;\nOrigin 2\n 3 : 10.0;\n"
+    assert pairs(read(tmp_path, trips(whole, total="20"), ring))[("2", "3")] == 10.0
+    cut = whole[: whole.index("Origin 2")]
+    with pytest.raises(InputError, match=r":2, .*declared 20, found 10; correct one or remove"):
+        read(tmp_path, trips(cut, total="20"), ring)
 
 
 def test_factor_and_profile_move_all_trips_into_their_slices(tmp_path: Path, ring: Network) -> None:

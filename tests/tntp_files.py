@@ -34,8 +34,8 @@ def net(rows: list[str], *, zones: int = 1, first: int = 1, header: str = HEADER
     )
 
 
-def trips(blocks: str, *, total: str = "10.0", zones: int = 3) -> str:
-    """A trips file of the blocks given."""
+def trips(blocks: str, *, total: str = "-", zones: int = 3) -> str:
+    """A trips file of the blocks given; ``-`` declares no total."""
     head = f"<NUMBER OF ZONES> {zones}\n<TOTAL OD FLOW> {total}\n<END OF METADATA>\n\n"
     return head + blocks
 

@@ -23,6 +23,9 @@ from uxsim_geo.network.tntp_rows import END_OF_METADATA, number, read_tags
 ORIGIN = re.compile(r"Origin\s+(\S+)", re.IGNORECASE)
 TOTAL = "TOTAL OD FLOW"
 
+#: so large a part of the declared total may be missing through rounding, but not more
+CUT_SHARE = 0.01
+
 
 @dataclass
 class Cells:
@@ -58,14 +61,15 @@ def read_tntp_trips(trips: Path, options: TripsOptions, network: Network) -> Dem
     _add_zone_faults(cells, network, faults)
     _add_repeated_pair_faults(cells, faults)
     faults.raise_if_any()
-    _note_total(float(cells["trips"].sum()), declared, notes)
+    _compare_total(float(cells["trips"].sum()), declared, notes, faults)
+    faults.raise_if_any()
     kept = _between_zones(cells, options, notes)
     at_nodes = zone_trips_at_nodes(kept, network, notes)
     return Demand(_over_time(at_nodes, options), notes.table())
 
 
-def _read_cells(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None]:
-    """All numbers of the file, and the declared total as it is written."""
+def _read_cells(path: Path, faults: Faults) -> tuple[pd.DataFrame, tuple[str, int] | None]:
+    """All numbers of the file, and the declared total as it is written, with its line."""
     cells = Cells()
     lines = read_lines(path, faults)
     if lines is None:
@@ -90,7 +94,7 @@ def _read_cells(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None]:
             _read_items(text, origin or "", index + 1, cells, faults)
     if not any_origin:
         faults.add("has no Origin line")
-    return cells.table(), tags[TOTAL][0] if TOTAL in tags else None
+    return cells.table(), tags.get(TOTAL)
 
 
 def _read_items(text: str, origin: str, line: int, cells: Cells, faults: Faults) -> None:
@@ -143,16 +147,30 @@ def _add_repeated_pair_faults(cells: pd.DataFrame, faults: Faults) -> None:
         faults.add(what, line=line, value=f"{origin} to {destination}")
 
 
-def _note_total(found: float, declared: str | None, notes: Notes) -> None:
-    """Compare with the declared total, as precisely as that is written."""
+def _compare_total(
+    found: float, declared: tuple[str, int] | None, notes: Notes, faults: Faults
+) -> None:
+    """Compare with the declared total, as precisely as that is written.
+
+    A sum far below it is a fault, since that is what a cut file looks like; else a note tells.
+    """
     notes.add("trips in file", "sum over all pairs", element="demand", value=repr(found))
-    total = None if declared is None else number(declared)
-    if total is None or declared is None or not math.isfinite(total):
+    text, line = declared or ("", 0)
+    total = number(text)
+    if total is None or not math.isfinite(total):
         return
-    mantissa, _, exponent = declared.lower().partition("e")
+    mantissa, _, exponent = text.lower().partition("e")
     decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
-    if abs(found - total) > max(10.0**-decimals, 1e-9 * abs(total)):
-        note = f"the trips in the file do not sum to the total that it declares, {declared}"
+    written_to = float(f"1e{-decimals}")
+    if total - found > max(written_to, CUT_SHARE * total):
+        faults.add(
+            f"the file is cut, or its total is wrong: declared {text}, found {found:.10g}; "
+            "correct one or remove the tag",
+            line=line,
+            column=f"<{TOTAL}>",
+        )
+    elif abs(found - total) > max(written_to, 1e-9 * abs(total)):
+        note = f"the trips in the file do not sum to the total that it declares, {text}"
         notes.add("trips total", note, element="demand", severity="warning", value=repr(found))
 
 

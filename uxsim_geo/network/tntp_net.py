@@ -98,6 +98,7 @@ def read_net(path: Path, options: TntpOptions, faults: Faults) -> NetFile | None
     _add_value_faults(net, rows, used, faults)
     _add_unit_faults(net, options, used, faults)
     _add_count_faults(net, rows, faults)
+    _add_first_thru_node_faults(net, rows, options, faults)
     return net
 
 
@@ -193,3 +194,18 @@ def _add_count_faults(net: NetFile, rows: TntpRows, faults: Faults) -> None:
                 column=column,
                 value=net.table[column].iloc[index],
             )
+
+
+def _add_first_thru_node_faults(
+    net: NetFile, rows: TntpRows, options: TntpOptions, faults: Faults
+) -> None:
+    """Above every node's number it would leave no node with through traffic."""
+    highest = pd.to_numeric(pd.concat([net.table[end] for end in ENDS]), errors="coerce").max()
+    what = f"is above every node's number, of which the highest is {highest:.0f}"
+    if options.first_thru_node is not None:
+        if options.first_thru_node > highest:
+            faults.add(what, column="first_thru_node", value=options.first_thru_node)
+    elif net.first_thru_node is not None and net.first_thru_node > highest:
+        value, line = rows.tags["FIRST THRU NODE"]
+        what += "; correct it, or state first_thru_node"
+        faults.add(what, line=line, column="<FIRST THRU NODE>", value=value)
