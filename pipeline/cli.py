@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.lines import show
 from uxsim_geo.errors import InputError
 from uxsim_geo.version import __version__
 
@@ -37,10 +38,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return status
     except InputError as error:
         for fault in error.faults:
-            print(f"error: {fault}", file=sys.stderr)
+            show(f"error: {fault}", sys.stderr)
         return INPUT_AT_FAULT
     except KeyboardInterrupt:
-        print("error: interrupted; what was finished before stays", file=sys.stderr)
+        show("error: interrupted; what was finished before stays", sys.stderr)
         return FAILED
     except Exception as error:  # noqa: BLE001  the last place where it can be told
         _report_failure(error, options.folder)
@@ -58,7 +59,7 @@ def _report_failure(error: Exception, folder: RunFolder | None) -> None:
             what = f"{what}; details in {folder / LOG}"
         except (OSError, InputError) as failure:
             what = f"{what}; no details, since there is no log: {failure}"
-    print(what, file=sys.stderr)
+    show(what, sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -121,7 +122,7 @@ def _run(options: argparse.Namespace) -> int:
         run = Run(config, folder, watch, ["uxsim-geo", *options.arguments], stages)
         problems = run.execute(options.last, force=options.force)
     for problem in problems:
-        print(f"error: {problem}", file=sys.stderr)
+        show(f"error: {problem}", sys.stderr)
     if not options.quiet:
         show_results(folder)
     return FAILED if problems else DONE
@@ -130,7 +131,7 @@ def _run(options: argparse.Namespace) -> int:
 def _inspect(options: argparse.Namespace) -> int:
     from pipeline.inspection import inspect_path
 
-    print(inspect_path(options.path))
+    show(inspect_path(options.path), sys.stdout)
     return DONE
 
 
@@ -139,10 +140,10 @@ def _verify(options: argparse.Namespace) -> int:
 
     found = verify_run(options.path)
     for remark in found.remarks:
-        print(f"note: {remark}")
+        show(f"note: {remark}", sys.stdout)
     for line in found.wrong:
-        print(f"error: {line}", file=sys.stderr)
+        show(f"error: {line}", sys.stderr)
     if found.wrong:
         return FAILED
-    print(f"{options.path}: all {found.checked} files are what the run wrote")
+    show(f"{options.path}: all {found.checked} files are what the run wrote", sys.stdout)
     return DONE

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from pipeline.lines import show
 from uxsim_geo.network.units import KMH
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class Lines:
 
     def say(self, text: str) -> None:
         """Write the line."""
-        print(text, file=self.stream, flush=True)
+        show(text, self.stream)
 
     def simulated(self, progress: Progress) -> None:
         """Write a line if another tenth has passed."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import sys
 from typing import TYPE_CHECKING, Any
 
+from pipeline.lines import show
 from pipeline.report import SUMMARY
 from pipeline.runs import CONFIG, MANIFEST, RunFolder, is_unchanged
 from uxsim_geo.network.units import KMH, LENGTHS, TIMES
@@ -22,12 +24,14 @@ def show_results(folder: RunFolder) -> None:
     console = Console(highlight=False)
     stages = folder.read_manifest().stages
     figures = read_summary(folder)
-    if figures is not None:
-        console.print(results_table(figures, folder.path.name))
     outputs = [name for record in stages.values() for name in record.outputs]
-    for path in (folder / name for name in (*outputs, CONFIG, MANIFEST)):
-        if path.is_file():
-            console.out(f"{path}  {size_in_words(path.stat().st_size)}")
+    with console.capture() as capture:
+        if figures is not None:
+            console.print(results_table(figures, folder.path.name))
+        for path in (folder / name for name in (*outputs, CONFIG, MANIFEST)):
+            if path.is_file():
+                console.out(f"{path}  {size_in_words(path.stat().st_size)}")
+    show(capture.get().rstrip("\n"), sys.stdout)
 
 
 def read_summary(folder: RunFolder) -> dict[str, Any] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -77,6 +78,21 @@ def test_quiet_says_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     write_small_run(tmp_path)
     assert run(tmp_path, "--quiet") == 0
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_run_goes_on_when_nobody_reads_its_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_small_run(tmp_path)
+    for name in ("stdout", "stderr"):
+        reader, writer = os.pipe()
+        os.close(reader)
+        monkeypatch.setattr(sys, name, os.fdopen(writer, "w"))
+    assert run(tmp_path) == 0
+    sys.stdout.close()
+    sys.stderr.close()
+    assert (tmp_path / "runs/small/summary.json").is_file()
+    assert "Error" not in (tmp_path / "runs/small/run.log").read_text()
 
 
 def test_one_stage_runs_those_before_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
