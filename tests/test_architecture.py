@@ -15,7 +15,7 @@ LIBRARY = REPOSITORY / "uxsim_geo"
 MODULES = sorted([*LIBRARY.rglob("*.py"), *(REPOSITORY / "pipeline").rglob("*.py")])
 
 #: compiled code, which knows arrays and nothing of tables
-KERNELS = ("close", "link", "loop", "node", "random", "records", "routes")
+KERNELS = ("calendar", "choice", "close", "link", "loop", "node", "random", "records", "routes")
 KERNELS_MAY_IMPORT = {"numpy", "uxsim_geo", "uxsim_geo.compiling", "uxsim_geo.draws"} | {
     f"uxsim_geo.engine.{kernel}" for kernel in KERNELS
 }

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +12,6 @@ import pandas as pd
 import pytest
 from small_networks import across, demand, grid, link, network
 
-from uxsim_geo.compiling import entry
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import make_platoons
 from uxsim_geo.draws import CHOICE, combine, unit
@@ -240,71 +235,6 @@ def test_two_runs_and_two_threads_give_the_same_bytes() -> None:
         together = list(pool.map(lambda case: hash_of(simulate(*case)), cases))
     assert one_by_one[:3] == one_by_one[3:]
     assert together == one_by_one
-
-
-@pytest.mark.parametrize("variable", ["NUMBA_DISABLE_JIT", "UXSIM_GEO_COUNT_REFERENCES"])
-def test_the_compiler_changes_nothing(variable: str) -> None:
-    """Without compilation, and with numba's reference counting on: slower, and the same bytes."""
-    here = Path(__file__).parent
-    program = (
-        "from test_engine_order import random_case, hash_of; "
-        "from uxsim_geo.engine.simulation import simulate; "
-        "print(*[hash_of(simulate(*random_case(seed))) for seed in (0, 3, 9)])"
-    )
-    paths = os.pathsep.join([str(here), str(here.parent)])
-    environment = os.environ | {variable: "1", "PYTHONPATH": paths, "PYTHONWARNINGS": "error"}
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == [hash_of(simulate(*random_case(seed))) for seed in (0, 3, 9)]
-
-
-def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
-    here = Path(__file__).parent
-    program = (
-        "from test_engine_order import random_case; "
-        "from uxsim_geo.engine import simulation as s; s.simulate(*random_case(0)); "
-        "tasks = (s.prepare, s.run_until, s.finish); "
-        "print([sum(task.stats.cache_hits.values()) for task in tasks])"
-    )
-    paths = os.pathsep.join([str(here), str(here.parent)])
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": paths}
-    command = [sys.executable, "-c", program]
-    hits = [
-        subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
-        for _ in range(2)
-    ]
-    assert [line.strip() for line in hits] == ["[0, 0, 0]", "[1, 1, 1]"]
-
-
-@pytest.mark.parametrize("writable", [True, False])
-def test_compiled_code_is_kept_where_that_can_be_done(
-    writable: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """numba raises where no folder can be written to; then it has to go without."""
-    if not writable:
-        monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
-    double = entry()(lambda number: 2 * number)
-    assert double(21) == 42
-
-
-def test_compiling_is_done_before_the_clock_of_the_engine_starts() -> None:
-    here = Path(__file__).parent
-    program = (
-        "from test_engine_order import random_case; from uxsim_geo.engine import simulation as s; "
-        "made = s.Simulation(*(c := random_case(0))[:1], s.make_platoons(*c[1:]), c[2]); "
-        "print(len(s.run_until.signatures))"
-    )
-    paths = os.pathsep.join([str(here), str(here.parent)])
-    environment = os.environ | {"PYTHONPATH": paths}
-    command = [sys.executable, "-c", program]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "1"
 
 
 def test_a_vehicle_elsewhere_changes_no_other_vehicle() -> None:

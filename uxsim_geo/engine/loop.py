@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+from uxsim_geo.engine.calendar import mark
 from uxsim_geo.engine.close import finish_run
-from uxsim_geo.engine.node import mark, visit
+from uxsim_geo.engine.node import visit
 from uxsim_geo.engine.records import Calendar, World, compiled, kernel
 from uxsim_geo.engine.routes import find_free_flow_times, update_routes
 

@@ -9,25 +9,11 @@ from __future__ import annotations
 
 import math
 
-from uxsim_geo.engine.link import (
-    enter,
-    has_place,
-    leave,
-    next_green,
-    opening,
-    opening_bound,
-    platoon_at,
-)
-from uxsim_geo.engine.random import CHOICE, MERGE, draw
-from uxsim_geo.engine.records import (
-    ABORTED,
-    ARRIVE,
-    COMPLETED,
-    DEAD_END,
-    RUNNING,
-    World,
-    kernel,
-)
+from uxsim_geo.engine.calendar import await_arrival, wait
+from uxsim_geo.engine.choice import choose
+from uxsim_geo.engine.link import enter, has_place, leave, next_green, opening, platoon_at
+from uxsim_geo.engine.random import MERGE, draw
+from uxsim_geo.engine.records import ABORTED, ARRIVE, COMPLETED, RUNNING, World, kernel
 
 
 @kernel
@@ -66,60 +52,6 @@ def consider(w: World, q, step, horizon):
         if queue["chosen_step"] != step:
             choose(w, q, step)
         queue["feasible"] = time_of_move(w, queue)
-
-
-@kernel
-def choose(w: World, q, step):
-    """Draw the out-link of the first platoon of queue q by the weights B of its destination.
-
-    A blocked platoon draws again in every step. `since_step` is the first step of an unbroken run
-    of one and the same outcome: no move may be earlier, or platoons would move in their past. A
-    platoon with one out-link only has always wanted that.
-    """
-    queue = w.links.queue[q]
-    platoon = platoon_at(w.links, queue, queue["left"])
-    destination = platoon["destination"]
-    before, unbroken = queue["choice"], queue["chosen_step"] == step - 1
-    queue["chosen_step"] = step
-    if w.routes.destination[destination]["node"] == queue["end_node"]:
-        queue["choice"] = ARRIVE
-        return
-    total, options, only = add_up_weights(w, queue["end_node"], destination)
-    if options <= 1:
-        queue["choice"] = only
-        queue["since_step"] = -1
-        return
-    chance = draw(platoon["key"], queue["key"], CHOICE, step)
-    queue["choice"] = pick(w, queue["end_node"], destination, chance * total)
-    if not (unbroken and queue["choice"] == before):
-        queue["since_step"] = step
-
-
-@kernel
-def add_up_weights(w: World, v, destination):
-    """Sum the weights of the out-links of node v; how many have any, and the last of them."""
-    total, options, only = 0.0, 0, DEAD_END
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        weight = w.routes.weight[destination, link]
-        if weight > 0.0:
-            total += weight
-            options += 1
-            only = link
-    return total, options, only
-
-
-@kernel
-def pick(w: World, v, destination, mark):
-    """Give the out-link in whose share of the summed weights the mark lies."""
-    picked, passed = DEAD_END, 0.0
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        weight = w.routes.weight[destination, link]
-        if weight > 0.0:
-            picked = link
-            passed += weight
-            if mark < passed:
-                break
-    return picked
 
 
 @kernel
@@ -230,82 +162,3 @@ def renew_rivals(w: World, v, taken, time):
             if rival["feasible"] == time:
                 rival["lost"] += 1
             rival["feasible"] = time_of_move(w, rival)
-
-
-@kernel
-def wait(w: World, q, step, horizon):
-    """List queue q in the calendar for the step in which its first platoon is to be seen next."""
-    queue, clock = w.links.queue[q], w.links.clock[0]
-    if queue["ready"] == math.inf or queue["listed_step"] >= 0:
-        return
-    target = step_of(clock, queue["ready"])
-    if queue["ready"] < horizon:
-        target = step + 1
-        if clock["sleep"]:
-            queue["due"] = sleep_until(w, queue)
-            target = step_of(clock, queue["due"])
-    list_for(w, q, max(target, step + 1))
-
-
-@kernel
-def sleep_until(w: World, queue):
-    """Time before which a blocked platoon cannot move, whatever it draws until then.
-
-    That is when the first of its out-links can open, and no later than the next update of routes.
-    Rounding must not make it too late: it is put a hair too early.
-    """
-    platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
-    update = w.links.clock[0]["update_step"] * w.links.clock[0]["step_length"]
-    bound = update
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        if w.routes.weight[platoon["destination"], link] > 0.0:
-            opens, _ = opening_bound(w.links, link, platoon["vehicles"])
-            bound = min(bound, opens)
-    bound = next_green(w.links, queue, max(queue["ready"], bound * (1.0 - 1e-11)))
-    return min(bound, update)
-
-
-@kernel
-def await_arrival(w: World, q, step):
-    """See to it that the first platoon of link q is looked at when it is ready."""
-    queue = w.links.queue[q]
-    target = step_of(w.links.clock[0], queue["ready"])
-    if target <= step:
-        mark(w, queue["end_node"])
-    else:
-        list_for(w, q, target)
-
-
-@kernel
-def step_of(clock, time):
-    """Give the step i in which a time lies: i Δt ≤ time < (i + 1) Δt, rounded as horizons are."""
-    step = int(time / clock["step_length"])
-    if time < step * clock["step_length"]:
-        return step - 1
-    if time >= (step + 1) * clock["step_length"]:
-        return step + 1
-    return step
-
-
-@kernel
-def list_for(w: World, q, step):
-    """List queue q in the calendar under a step, unless it is listed; none is kept beyond the end.
-
-    It is listed already where a platoon was blocked, was listed for the next step, and left after
-    all because its node was visited again in this one. To look too early is no harm.
-    """
-    queue = w.links.queue[q]
-    if step >= w.calendar.bucket.size or queue["listed_step"] >= 0:
-        return
-    head = w.calendar.bucket[step]
-    queue["listed_step"] = step
-    queue["next"] = head
-    w.calendar.bucket[step] = q
-
-
-@kernel
-def mark(w: World, v):
-    """Mark a node to be visited in this step."""
-    if w.calendar.pending[v] == 0:
-        w.calendar.pending[v] = 1
-        w.links.clock[0]["pending"] += 1

@@ -1,0 +1,92 @@
+"""The calendar: in which step a queue is looked at next.
+
+A queue stands in it once at most, under the step in which its first platoon becomes ready or, if
+that is blocked, in which it can go on at the earliest. Nothing else is touched in a step. To look
+at a queue too early does no harm; too late would.
+"""
+
+from __future__ import annotations
+
+import math
+
+from uxsim_geo.engine.link import next_green, opening_bound, platoon_at
+from uxsim_geo.engine.records import World, kernel
+
+
+@kernel
+def wait(w: World, q, step, horizon):
+    """List queue q in the calendar for the step in which its first platoon is to be seen next."""
+    queue, clock = w.links.queue[q], w.links.clock[0]
+    if queue["ready"] == math.inf or queue["listed_step"] >= 0:
+        return
+    target = step_of(clock, queue["ready"])
+    if queue["ready"] < horizon:
+        target = step + 1
+        if clock["sleep"]:
+            queue["due"] = sleep_until(w, queue)
+            target = step_of(clock, queue["due"])
+    list_for(w, q, max(target, step + 1))
+
+
+@kernel
+def sleep_until(w: World, queue):
+    """Time before which a blocked platoon cannot move, whatever it draws until then.
+
+    That is when the first of its out-links can open, and no later than the next update of routes.
+    Rounding must not make it too late: it is put a hair too early.
+    """
+    platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
+    update = w.links.clock[0]["update_step"] * w.links.clock[0]["step_length"]
+    bound = update
+    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
+        if w.routes.weight[platoon["destination"], link] > 0.0:
+            opens, _ = opening_bound(w.links, link, platoon["vehicles"])
+            bound = min(bound, opens)
+    bound = next_green(w.links, queue, max(queue["ready"], bound * (1.0 - 1e-11)))
+    return min(bound, update)
+
+
+@kernel
+def await_arrival(w: World, q, step):
+    """See to it that the first platoon of link q is looked at when it is ready."""
+    queue = w.links.queue[q]
+    target = step_of(w.links.clock[0], queue["ready"])
+    if target <= step:
+        mark(w, queue["end_node"])
+    else:
+        list_for(w, q, target)
+
+
+@kernel
+def step_of(clock, time):
+    """Give the step i in which a time lies: i Δt ≤ time < (i + 1) Δt, rounded as horizons are."""
+    step = int(time / clock["step_length"])
+    if time < step * clock["step_length"]:
+        return step - 1
+    if time >= (step + 1) * clock["step_length"]:
+        return step + 1
+    return step
+
+
+@kernel
+def list_for(w: World, q, step):
+    """List queue q in the calendar under a step, unless it is listed; none is kept beyond the end.
+
+    It is listed already where a platoon was blocked, was listed for the next step, and left after
+    all because its node was visited again in this one. To look too early is no harm.
+    """
+    queue = w.links.queue[q]
+    if step >= w.calendar.bucket.size or queue["listed_step"] >= 0:
+        return
+    head = w.calendar.bucket[step]
+    queue["listed_step"] = step
+    queue["next"] = head
+    w.calendar.bucket[step] = q
+
+
+@kernel
+def mark(w: World, v):
+    """Mark a node to be visited in this step."""
+    if w.calendar.pending[v] == 0:
+        w.calendar.pending[v] = 1
+        w.links.clock[0]["pending"] += 1
