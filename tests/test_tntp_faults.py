@@ -74,7 +74,7 @@ def test_all_faults_of_all_files_come_at_once(tmp_path: Path) -> None:
     )
     path = write(tmp_path, "net.tntp", text)
     nodes = write(tmp_path, "node.tntp", NODES.replace("2\t1\t0", "2\t1\tz"))
-    flow = write(tmp_path, "flow.tntp", "From\tTo\tVolume\tCost\n1\t9\t1\t1\n")
+    flow = write(tmp_path, "flow.tntp", "From\tTo\tVolume\tCost\n1\t2\tv\t1\n")
     with pytest.raises(InputError) as raised:
         read_tntp_network(path, replace(UNITS, length_unit=None), nodes=nodes, flow=flow)
     told = str(raised.value)
@@ -83,9 +83,66 @@ def test_all_faults_of_all_files_come_at_once(tmp_path: Path) -> None:
         f"{path}:11, column length: must be a number (found 'y')",
         "must be stated as length_unit",
         f"{nodes}:3, column y: must be a number (found 'z')",
-        f"{flow}:2: the net file has no such link (found '1-9')",
+        f"{flow}:2, column volume: must be a number (found 'v')",
     ):
         assert part in told
+
+
+IN_NET = {
+    "no number": ("\t2\t3\t1800\t1", "\t2\t3\t1800\t6.x"),
+    "below any size": ("\t2\t3\t1800\t1", "\t2\t3\t1800\t-inf"),
+    "a letter for a node": ("\t2\t3\t", "\tA\t3\t"),
+    "node 0": ("\t2\t3\t", "\t0\t3\t"),
+    "an unknown node": ("\t2\t3\t", "\t99\t3\t"),
+    "cut in a row": ("\t2\t3\t1800", "\t2\t3\t180"),
+}
+IN_NODES = {
+    "no number": ("2\t1\t0", "2\t-96.7x7\t0"),
+    "not finite": ("2\t1\t0", "2\tnan\t0"),
+    "cut in the last row": ("3\t0\t1\t;\n", "3\t0"),
+    "cut in an earlier row": ("2\t1\t0\t;\n3\t0\t1\t;\n", "2\t1"),
+    "the same node again": ("3\t0\t1", "2\t0\t1"),
+}
+
+
+@pytest.mark.parametrize("name", IN_NET)
+def test_one_fault_in_a_net_file_has_one_message(tmp_path: Path, name: str) -> None:
+    old, new = IN_NET[name]
+    before, after = net(RING).split(old)
+    text = before + new + ("" if name.startswith("cut") else after)
+    path = write(tmp_path, "net.tntp", text)
+    with pytest.raises(InputError) as raised:
+        read_tntp_network(path, UNITS, nodes=write(tmp_path, "node.tntp", NODES))
+    (fault,) = raised.value.faults
+    assert fault.line == 10
+
+
+@pytest.mark.parametrize("name", IN_NODES)
+def test_one_fault_in_a_node_file_has_one_message(tmp_path: Path, name: str) -> None:
+    old, new = IN_NODES[name]
+    assert NODES.count(old) == 1
+    nodes = write(tmp_path, "node.tntp", NODES.replace(old, new))
+    with pytest.raises(InputError) as raised:
+        read_tntp_network(write(tmp_path, "net.tntp", net(RING)), UNITS, nodes=nodes)
+    (fault,) = raised.value.faults
+    assert fault.line == NODES[: NODES.index(old)].count("\n") + 1
+
+
+def test_a_latitude_that_is_none_is_told_where_it_stands(tmp_path: Path) -> None:
+    path = write(tmp_path, "net.tntp", net(RING))
+    nodes = write(tmp_path, "node.tntp", NODES.replace("2\t1\t0", "2\t1\t943"))
+    with pytest.raises(InputError) as raised:
+        read_tntp_network(path, replace(UNITS, crs="EPSG:4326"), nodes=nodes)
+    (fault,) = raised.value.faults
+    assert (fault.line, fault.column, fault.value) == (3, "y", "943")
+
+
+def test_files_taken_for_one_another_give_one_message(tmp_path: Path) -> None:
+    blocks = "Origin 1\n 2 : 4.0; 3 : 6.0;\nOrigin 2\n 3 : 1.0;\n"
+    (fault,) = faults_of(tmp_path, trips(blocks * 20))
+    assert "is a file of trips" in fault.what
+    (fault,) = faults_of(tmp_path, net([RING[0], "\t1\t2\t;", "\t1\t2\t3\t;"] * 9))
+    assert "is it the right file" in fault.what
 
 
 @pytest.mark.parametrize("unit", ["length_unit", "time_unit", "capacity_unit"])
@@ -141,7 +198,7 @@ def bad_files(folder: Path) -> dict[str, tuple[Path, str]]:
     return {
         "missing": (folder / "nowhere", "no such file"),
         "a directory": (folder / "folder", "is a directory"),
-        "binary": (folder / "binary", "not a text file"),
+        "binary": (folder / "binary", r"not a text file in UTF-8 \(byte 0x89\)"),
         "zero bytes": (folder / "zeros", "binary file"),
         "empty": (write(folder, "empty", ""), "is empty"),
         "blank": (write(folder, "blank", " \n\t\n"), "is empty"),
@@ -185,13 +242,15 @@ def test_files_that_are_none_give_one_clear_message(tmp_path: Path) -> None:
         (trips("Origin 1\n 2 : 4.0; 3 : 6.\n"), 6, "lacks its closing semicolon"),
         (trips("Origin 1\n 2 : 4.0; 2 : 6.0;\n"), 6, "on an earlier line"),
         (trips("Origin x\n 2 : 4.0;\n"), 5, "must be a zone's number"),
-        (trips(" 2 : 4.0;\n"), 5, "before the first Origin"),
+        (trips(" 2 : 4.0;\n 3 : 4.0;\nOrigin 1\n"), 5, "before the first Origin"),
+        (trips(" 2 : 4.0;\n 3 : 4.0;\n"), None, "is this a trips file"),
+        (net(RING), None, "is this a trips file"),
         (trips(""), None, "no Origin line"),
         ("Origin 1\n 2 : 4.0;\n", None, "not a TNTP file"),
     ],
 )
 def test_faults_in_trips(tmp_path: Path, text: str, line: int | None, what: str) -> None:
-    fault = trips_faults(tmp_path, text)[0]
+    (fault,) = trips_faults(tmp_path, text)
     assert fault.line == line
     assert what in fault.what
 

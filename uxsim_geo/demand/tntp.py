@@ -79,7 +79,7 @@ def _read_cells(path: Path, faults: Faults) -> tuple[pd.DataFrame, tuple[str, in
         faults.add(f"has no line <{END_OF_METADATA}>: it is not a TNTP file, or it is cut")
         return cells.table(), None
     origin: str | None = None
-    any_origin = False
+    before: tuple[int, str] | None = None
     for index in range(begin, len(lines)):
         text = lines[index].strip()
         if not text or text[0] == "~":
@@ -87,13 +87,14 @@ def _read_cells(path: Path, faults: Faults) -> tuple[pd.DataFrame, tuple[str, in
         found = ORIGIN.fullmatch(text)
         if found:
             origin = _zone(found[1], index + 1, faults)
-            any_origin = True
-        elif not any_origin:
-            faults.add("stands before the first Origin line", line=index + 1, value=text)
+        elif origin is None:
+            before = before or (index + 1, text)
         else:
-            _read_items(text, origin or "", index + 1, cells, faults)
-    if not any_origin:
-        faults.add("has no Origin line")
+            _read_items(text, origin, index + 1, cells, faults)
+    if origin is None:
+        faults.add("has no Origin line: is this a trips file?")
+    elif before is not None:
+        faults.add("stands before the first Origin line", line=before[0], value=before[1])
     return cells.table(), tags.get(TOTAL)
 
 

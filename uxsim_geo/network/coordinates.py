@@ -14,7 +14,7 @@ import pandas as pd
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.text import read_lines
 from uxsim_geo.network.tntp_options import TntpOptions
-from uxsim_geo.network.tntp_rows import id_column, number_column, read_rows
+from uxsim_geo.network.tntp_rows import add_value_faults, id_column, number_column, read_rows
 
 #: names of columns and properties that hold a node's id, and its coordinates
 ID_NAMES = ("node", "node_id", "nodeid", "id", "no")
@@ -27,10 +27,36 @@ LON_LAT = "EPSG:4326"
 
 @dataclass(frozen=True)
 class Coordinates:
-    """table: node_id (text, unique), x, y (float64, in units of ``crs``); crs: None if unknown."""
+    """Where each node is.
+
+    table
+        node_id (text, unique), x, y (float64, in units of ``crs``) and row: the line on which the
+        node stands, or the number of its feature in GeoJSON
+    crs
+        None if unknown
+    """
 
     table: pd.DataFrame
     crs: str | None
+
+
+@dataclass(frozen=True)
+class Place:
+    """How a fault names a row of the file: by its line, or by its feature in GeoJSON."""
+
+    geojson: bool
+
+    @property
+    def noun(self) -> str:
+        """What a row of the file is."""
+        return "feature" if self.geojson else "line"
+
+    def add(self, faults: Faults, what: str, row: int, column: str, value: str) -> None:
+        """Note a fault of one row."""
+        if self.geojson:
+            faults.add(what, column=f"{column} of feature {row}", value=value)
+        else:
+            faults.add(what, line=row, column=column, value=value)
 
 
 def read_coordinates(path: Path, options: TntpOptions, faults: Faults) -> Coordinates | None:
@@ -40,7 +66,8 @@ def read_coordinates(path: Path, options: TntpOptions, faults: Faults) -> Coordi
     if read is None:
         return None
     table, own_crs = read
-    _add_table_faults(table, faults)
+    place = Place(geojson)
+    _add_repeated_node_faults(table, place, faults)
     crs = options.crs or own_crs
     if crs is None:
         faults.add(
@@ -50,7 +77,7 @@ def read_coordinates(path: Path, options: TntpOptions, faults: Faults) -> Coordi
         return None
     if crs.strip().lower() == "none":
         return Coordinates(table, None)
-    _add_crs_faults(table, crs, faults)
+    _add_crs_faults(table, crs, place, faults)
     return Coordinates(table, crs)
 
 
@@ -67,19 +94,22 @@ def _read_tntp(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None] | 
         return None
     node, x, y = found
     table = pd.DataFrame({"node_id": id_column(rows, node, faults)})
-    return table.assign(x=number_column(rows, x, faults), y=number_column(rows, y, faults)), None
+    for column, name in (("x", x), ("y", y)):
+        values = number_column(rows, name, faults)
+        add_value_faults(faults, rows, ~np.isfinite(values), name, "must be a finite number")
+        table[column] = values
+    return table.assign(row=rows.lines), None
 
 
-def _add_table_faults(table: pd.DataFrame, faults: Faults) -> None:
-    repeated = table["node_id"][table["node_id"].duplicated()]
-    for node_id in repeated.unique():
-        faults.add("the node stands there more than once", column="node", value=node_id)
-    lost = ~np.isfinite(table["x"] + table["y"])
-    for node_id in table["node_id"][lost]:
-        faults.add("the node has no finite coordinates", column="node", value=node_id)
+def _add_repeated_node_faults(table: pd.DataFrame, place: Place, faults: Faults) -> None:
+    again = table[table["node_id"].duplicated()]
+    first = table.drop_duplicates("node_id").set_index("node_id")["row"]
+    for node_id, row in zip(again["node_id"], again["row"], strict=True):
+        what = f"the node stands on {place.noun} {first[node_id]} too"
+        place.add(faults, what, int(row), "node", node_id)
 
 
-def _add_crs_faults(table: pd.DataFrame, crs: str, faults: Faults) -> None:
+def _add_crs_faults(table: pd.DataFrame, crs: str, place: Place, faults: Faults) -> None:
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
@@ -90,12 +120,24 @@ def _add_crs_faults(table: pd.DataFrame, crs: str, faults: Faults) -> None:
             "is not a reference system; write one as EPSG:4326, or none", column="crs", value=crs
         )
         return
-    if geographic and ((table["x"].abs() > 360) | (table["y"].abs() > 90)).any():
+    if geographic:
+        _add_degree_faults(table, crs, place, faults)
+
+
+def _add_degree_faults(table: pd.DataFrame, crs: str, place: Place, faults: Faults) -> None:
+    """Longitudes and latitudes that are none: the system is wrong if most are, else the value."""
+    beyond = {"x": table["x"].abs() > 360, "y": table["y"].abs() > 90}
+    if (beyond["x"] | beyond["y"]).mean() > 0.5:
         faults.add(
             "the coordinates are not longitudes and latitudes, as this system wants them",
             column="crs",
             value=crs,
         )
+        return
+    for column, what in (("x", "a longitude of 360"), ("y", "a latitude of 90")):
+        wrong = table[beyond[column]]
+        for row, value in zip(wrong["row"], wrong[column], strict=True):
+            place.add(faults, f"is beyond {what} degrees", int(row), column, f"{value:g}")
 
 
 def _read_geojson(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None] | None:
@@ -116,7 +158,7 @@ def _read_geojson(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None]
         return None
     found = [_point(feature, number, faults) for number, feature in enumerate(features, start=1)]
     points = [point for point in found if point is not None]
-    table = pd.DataFrame(points, columns=["node_id", "x", "y"])
+    table = pd.DataFrame(points, columns=["node_id", "x", "y", "row"])
     return table.astype({"node_id": "str", "x": "float64", "y": "float64"}), _crs_of(content)
 
 
@@ -128,7 +170,7 @@ def _crs_of(content: dict[str, Any]) -> str:
     return LON_LAT if name is None or str(name).endswith("CRS84") else str(name)
 
 
-def _point(feature: Any, number: int, faults: Faults) -> tuple[str, float, float] | None:
+def _point(feature: Any, number: int, faults: Faults) -> tuple[str, float, float, int] | None:
     try:
         properties = feature["properties"]
         node_id = next(properties[name] for name in ID_NAMES if name in properties)
@@ -138,6 +180,10 @@ def _point(feature: Any, number: int, faults: Faults) -> tuple[str, float, float
             "must be a Point with the node's number in the property id", column=f"feature {number}"
         )
         return None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        what = "must have finite coordinates"
+        faults.add(what, column=f"feature {number}", value=f"{x:g}, {y:g}")
+        return None
     if isinstance(node_id, float) and math.isfinite(node_id) and node_id.is_integer():
         node_id = int(node_id)
-    return str(node_id).strip(), x, y
+    return str(node_id).strip(), x, y, number

@@ -22,9 +22,8 @@ def read_lines(path: Path, faults: Faults) -> list[str] | None:
         text = ""
         line = data[: error.start].count(b"\n") + 1
         faults.add(
-            "is not a text file in UTF-8: is it the right file?",
+            f"is not a text file in UTF-8 (byte 0x{data[error.start]:02x}): is it the right file?",
             line=line,
-            value=data[error.start : error.end],
         )
         return None
     if "\0" in text:

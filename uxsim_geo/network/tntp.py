@@ -60,9 +60,10 @@ def _read_files(
     file = read_net(net, options, net_faults)
     coordinates = None if nodes is None else read_coordinates(nodes, options, node_faults)
     volumes = None if flow is None else read_flow(flow, flow_faults)
-    if file is not None and coordinates is not None:
+    # what is missing in a file that has faults may only be lost
+    if file is not None and coordinates is not None and not node_faults.found:
         _add_unknown_node_faults(file.table, coordinates, net_faults)
-    if file is not None and volumes is not None:
+    if file is not None and volumes is not None and not net_faults.found:
         add_unknown_link_faults(volumes, file.table, flow_faults)
     faults = Faults()
     for found in (net_faults, node_faults, flow_faults):
@@ -73,6 +74,8 @@ def _read_files(
 
 
 def _add_unknown_node_faults(table: pd.DataFrame, coordinates: Coordinates, faults: Faults) -> None:
+    told = [fault.line for fault in faults.found]
+    table = table[~table["line"].isin(told)]
     for column in ENDS:
         unknown = table[~is_among(table[column], coordinates.table["node_id"])]
         for node_id, line in zip(unknown[column], unknown["line"], strict=True):

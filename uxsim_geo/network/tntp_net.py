@@ -141,10 +141,11 @@ def _add_value_faults(net: NetFile, rows: TntpRows, used: list[str], faults: Fau
             what = "is needed here and must be a number, finite and of a sensible size"
             if name == "free_flow_time":
                 what += "; or take the column speed by free_speed_from: speed"
-            add_value_faults(faults, rows, ~(np.abs(values) < LARGEST), name, what)
+            add_value_faults(faults, rows, ~((values < LARGEST) | (values < 0)), name, what)
     if "lanes" in table:
-        none = ~(np.asarray(table["lanes"]) > 0)
-        add_value_faults(faults, rows, none, "lanes", "must be a number above 0")
+        lanes = np.asarray(table["lanes"], dtype=np.float64)
+        what = "must be a number above 0"
+        add_value_faults(faults, rows, np.isnan(lanes) | (lanes == 0), "lanes", what)
     if "capacity" in used and "capacity" not in net.placeholders:
         zero = np.asarray(table["capacity"] == 0)
         what = "must not be 0: nothing could leave the link; or set capacity: diagram"
@@ -174,7 +175,7 @@ def _add_unit_faults(net: NetFile, options: TntpOptions, used: list[str], faults
 
 
 def _add_count_faults(net: NetFile, rows: TntpRows, faults: Faults) -> None:
-    if net.links is not None and len(net.table) < net.links:
+    if rows.whole and net.links is not None and len(net.table) < net.links:
         faults.add(
             f"{len(net.table)} links are here where the file declares {net.links}: it is cut",
             line=rows.tags["NUMBER OF LINKS"][1],

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +37,8 @@ class TntpRows:
         of the columns, lower case, as many as each row has fields
     rows, lines
         fields of each row, and the line on which it stands
+    whole
+        False if a row was left out as damaged, or the last one is cut: there is a fault then
     """
 
     source: str
@@ -44,6 +46,7 @@ class TntpRows:
     names: list[str] = field(default_factory=list)
     rows: list[list[str]] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
+    whole: bool = True
 
 
 def read_rows(
@@ -63,11 +66,18 @@ def read_rows(
         return None
     found = TntpRows(str(path), tags)
     header = _collect(found, text, begin, keep_empty=metadata)
+    if header[:1] == ["origin"]:
+        faults.add("is a file of trips: a file of links or nodes was expected here")
+        return None
     if not found.rows:
         faults.add("has no row of data after its header")
         return None
-    _add_cut_fault(found, text, faults)
-    return _name_columns(found, header or list(names), faults)
+    named = _name_columns(found, header or list(names), faults)
+    if named is not None and _lacks_semicolon(named, text):
+        what = "the last row lacks its semicolon: the file is cut"
+        faults.add(what, line=named.lines[-1])
+        return replace(named, whole=False)
+    return named
 
 
 def read_tags(text: list[str]) -> tuple[dict[str, tuple[str, int]], int]:
@@ -115,12 +125,10 @@ def _collect(found: TntpRows, text: list[str], begin: int, *, keep_empty: bool) 
     return header
 
 
-def _add_cut_fault(found: TntpRows, text: list[str], faults: Faults) -> None:
+def _lacks_semicolon(found: TntpRows, text: list[str]) -> bool:
     """A last row without the semicolon that all the others have was cut inside a value."""
     closed = [text[line - 1].rstrip().endswith(";") for line in found.lines]
-    if len(closed) > 1 and not closed[-1] and all(closed[:-1]):
-        line = found.lines[-1]
-        faults.add("the last row lacks its semicolon: the file is cut", line=line)
+    return len(closed) > 1 and not closed[-1] and all(closed[:-1])
 
 
 def _split(line: str) -> list[str]:
@@ -132,27 +140,33 @@ def _name(text: str) -> str:
     return "_".join(text.lower().split())
 
 
-def _name_columns(found: TntpRows, header: list[str], faults: Faults) -> TntpRows:
+def _name_columns(found: TntpRows, header: list[str], faults: Faults) -> TntpRows | None:
     """Give each field of the rows a name; rows of another width than most are faults.
 
-    Names left out at the end of a header (some files do) become ``column_10`` and so on.
+    Names left out at the end of a header (some files do) become ``column_10`` and so on. Where
+    most rows are faults it is another kind of file: one fault, and None.
     """
     width = max(len(header), Counter(map(len, found.rows)).most_common(1)[0][0])
     names = header + [""] * (width - len(header))
     names = [name or f"column_{place}" for place, name in enumerate(names, start=1)]
-    whole = TntpRows(found.source, found.tags, names)
-    for row, line in zip(found.rows, found.lines, strict=True):
-        if len(row) == width:
-            whole.rows.append(row)
-            whole.lines.append(line)
-            continue
+    fits = [len(row) == width for row in found.rows]
+    if 2 * sum(fits) < len(fits):
         faults.add(
-            f"the row has {len(row)} values where {width} were expected: "
-            "it is damaged, or the file is cut",
-            line=line,
-            value="  ".join(row),
+            f"most rows do not have the {width} values that were expected "
+            f"({', '.join(names)}): is it the right file?"
         )
-    return whole
+        return None
+    rows = [row for row, fit in zip(found.rows, fits, strict=True) if fit]
+    lines = [line for line, fit in zip(found.lines, fits, strict=True) if fit]
+    for row, line, fit in zip(found.rows, found.lines, fits, strict=True):
+        if not fit:
+            faults.add(
+                f"the row has {len(row)} values where {width} were expected: "
+                "it is damaged, or the file is cut",
+                line=line,
+                value="  ".join(row),
+            )
+    return TntpRows(found.source, found.tags, names, rows, lines, all(fits))
 
 
 def id_column(rows: TntpRows, name: str, faults: Faults) -> pd.Series:
@@ -213,8 +227,12 @@ def text_column(rows: TntpRows, name: str) -> pd.Series:
 def add_value_faults(
     faults: Faults, rows: TntpRows, wrong: np.ndarray, name: str, what: str
 ) -> None:
-    """Note every row where ``wrong`` holds, with the line, column and text found there."""
+    """Note every row where ``wrong`` holds, with the line, column and text found there.
+
+    Text that is no number is passed over: :func:`number_column` has told it.
+    """
     place = rows.names.index(name)
     for index in np.flatnonzero(wrong):
         line, value = rows.lines[index], rows.rows[index][place]
-        faults.add(what, line=line, column=name, value=value)
+        if not value or number(value) is not None:
+            faults.add(what, line=line, column=name, value=value)
