@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ from uxsim_geo.demand.demand import Demand
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import Network
+from uxsim_geo.settings import Settings
 
 
 def two_links() -> Network:
@@ -55,6 +57,54 @@ def test_a_sound_network_and_demand_pass() -> None:
 def test_what_is_not_above_zero_is_told_with_its_link(column: str, value: float) -> None:
     told = faults_of_links(column, [1.0, value])
     assert told == f"links: 1 row has {column} <= 0 (link_id b-c)"
+
+
+@pytest.mark.parametrize(
+    ("column", "limit", "unit"),
+    [
+        ("length", 1e7, "m"),
+        ("lanes", 100, "lanes"),
+        ("free_speed", 150, "m/s"),
+        ("jam_density", 1, "veh/m/lane"),
+    ],
+)
+def test_what_no_road_has_is_told_with_the_limit(column: str, limit: float, unit: str) -> None:
+    network = two_links()
+    check_network(replace(network, links=network.links.assign(**{column: limit})))
+    told = faults_of_links(column, [limit, 2 * limit])
+    assert told == (
+        f"links: 1 row has {column} > {limit:g} {unit} (link_id b-c): is the unit right?"
+    )
+
+
+def test_parts_of_lanes_are_none() -> None:
+    told = faults_of_links("lanes", [1.5, 1.0])
+    assert told == "links: 1 row has lanes that are not a whole number (link_id a-b)"
+
+
+def test_more_vehicles_than_anyone_can_move_are_told_once() -> None:
+    table = pd.concat([one_trip().table.assign(vehicles=6e8)] * 2, ignore_index=True)
+    check_demand(Demand(table.iloc[:1]), two_links())
+    with pytest.raises(InputError, match=r"1.2e\+09 vehicles in all .* at most 1e\+09"):
+        check_demand(Demand(table), two_links())
+
+
+@pytest.mark.parametrize(
+    ("changes", "column"),
+    [
+        ({"reaction_time": 0.001}, "reaction_time"),
+        ({"reaction_time": 101.0}, "reaction_time"),
+        ({"platoon_size": 10_001}, "platoon_size"),
+        ({"duration": 1.1e8, "platoon_size": 100}, "duration"),
+        ({"duration": 9e7, "platoon_size": 1}, "duration"),
+    ],
+)
+def test_settings_that_no_computer_could_run(changes: dict[str, Any], column: str) -> None:
+    with pytest.raises(InputError) as raised:
+        Settings(**{"duration": 3600.0, **changes})
+    (fault,) = raised.value.faults
+    assert fault.column == column
+    assert fault.value == changes[column]
 
 
 @pytest.mark.parametrize("value", [np.inf, "fast"])

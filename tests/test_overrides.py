@@ -99,6 +99,7 @@ def test_all_slips_come_at_once(tmp_path: Path, network: Network) -> None:
     [
         ("", "is empty"),
         ("a;b\n1;2\n", "lacks the column link_id"),
+        ("link_id;lanes\n1-2;2\n", "link_id: separate the columns by commas"),
         (",,\n", "lacks the column link_id"),
         ("link_id,lanes\n1-2\n", "1 values under 2 names"),
         ("link_id,lanes,lanes\n1-2,1,2\n", "more than once"),

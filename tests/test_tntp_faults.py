@@ -179,10 +179,10 @@ def test_options_tell_all_their_faults() -> None:
 @pytest.mark.parametrize(
     ("profile", "what"),
     [
-        (((60.0, 1.0), (30.0, 1.0)), "rise from pair to pair"),
-        (((60.0, 1.0),), "must be the end of the period"),
-        (((60.0, 0.0), (3600.0, -1.0)), "shares must be"),
-        (((3600.0, 0.0),), "shares must be"),
+        (((60.0, 1.0), (30.0, 1.0), (3600.0, 1.0)), r"pair 2: .* before, 60 s \(found '30.0'\)"),
+        (((60.0, 1.0),), r"pair 1: the last time must be the end of the period"),
+        (((60.0, 0.0), (3600.0, -1.0)), r"pair 2: the share must be .* \(found '-1.0'\)"),
+        (((3600.0, 0.0),), "one share at least"),
     ],
 )
 def test_profiles_that_make_no_sense(profile: tuple[tuple[float, float], ...], what: str) -> None:

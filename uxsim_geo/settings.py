@@ -7,6 +7,11 @@ from typing import Literal
 
 from uxsim_geo.errors import Faults
 
+#: outside of these no model of traffic is meant, and a run would not end
+SMALLEST = {"reaction_time": 0.01}
+LARGEST = {"reaction_time": 100.0, "platoon_size": 10_000, "duration": 1e8}
+MOST_STEPS = 5e7
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -47,22 +52,37 @@ class Settings:
 
     def __post_init__(self) -> None:
         faults = Faults("settings")
-        for name in ("duration", "platoon_size", "reaction_time", "route_update_interval"):
-            value = getattr(self, name)
-            if not (0 < value < float("inf")):
-                faults.add("must be a finite number above 0", column=name, value=value)
+        self._add_range_faults(faults)
         if not isinstance(self.platoon_size, int):
             faults.add(
                 "must be a whole number of vehicles", column="platoon_size", value=self.platoon_size
             )
         if not 0 <= self.route_update_weight <= 1:
-            value = self.route_update_weight
-            faults.add("must lie between 0 and 1", column="route_update_weight", value=value)
+            weight = self.route_update_weight
+            faults.add("must lie between 0 and 1", column="route_update_weight", value=weight)
         if not 0 <= self.route_noise < float("inf"):
             faults.add("must be 0 or more", column="route_noise", value=self.route_noise)
         if self.demand_rounding not in ("conserve", "truncate"):
-            value = self.demand_rounding
-            faults.add("must be conserve or truncate", column="demand_rounding", value=value)
+            rounding = self.demand_rounding
+            faults.add("must be conserve or truncate", column="demand_rounding", value=rounding)
         if not isinstance(self.seed, int) or not 0 <= self.seed < 2**63:
             faults.add("must be a whole number from 0 to 2^63 - 1", column="seed", value=self.seed)
         faults.raise_if_any()
+
+    def _add_range_faults(self, faults: Faults) -> None:
+        for name in ("duration", "platoon_size", "reaction_time", "route_update_interval"):
+            value = getattr(self, name)
+            smallest, largest = SMALLEST.get(name, 0.0), LARGEST.get(name, float("inf"))
+            if not (0 < value < float("inf")):
+                faults.add("must be a finite number above 0", column=name, value=value)
+            elif value < smallest:
+                faults.add(f"must be {smallest:g} or more", column=name, value=value)
+            elif value > largest:
+                faults.add(f"must be {largest:g} or less", column=name, value=value)
+        if not faults.found and self.duration / self.step > MOST_STEPS:
+            faults.add(
+                f"makes more than {MOST_STEPS:g} steps of reaction_time * platoon_size = "
+                f"{self.step:g} s: shorten it, or make platoons larger",
+                column="duration",
+                value=self.duration,
+            )

@@ -9,12 +9,16 @@ from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import add_missing_columns, add_rows, is_among, lacking, numbers
 
+#: of all rows together; the whole world has about as many
+MOST_VEHICLES = 1e9
+
 
 def check_demand(demand: Demand, network: Network) -> None:
     """Raise :class:`InputError` with every reason why ``demand`` cannot be simulated, or return.
 
     Looked at: the columns, origins and destinations (nodes of ``network``, different from one
-    another), times (finite, 0 <= start_s < end_s) and vehicles (finite, above 0). A table
+    another), times (finite, 0 <= start_s < end_s) and vehicles (finite, above 0, in all
+    at most :data:`MOST_VEHICLES`). A table
     without a row is a demand too: nobody travels.
     """
     faults = Faults("demand")
@@ -54,3 +58,7 @@ def _add_vehicle_faults(faults: Faults, demand: Demand) -> None:
     add_rows(faults, ~np.isfinite(vehicles), "vehicles that are not a finite number")
     with np.errstate(invalid="ignore"):
         add_rows(faults, vehicles <= 0, "vehicles <= 0")
+    total = float(vehicles[np.isfinite(vehicles)].sum())
+    if total > MOST_VEHICLES:
+        what = f"{total:g} vehicles in all are more than can be simulated, at most "
+        faults.add(f"{what}{MOST_VEHICLES:g}: is the factor of the trips right?")

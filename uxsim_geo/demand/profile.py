@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 from uxsim_geo.errors import Faults
 
@@ -60,17 +59,20 @@ class TripsOptions:
         faults.raise_if_any()
 
     def _add_profile_faults(self, faults: Faults) -> None:
-        times = [0.0, *(until for until, _ in self.profile)]
-        shares = [share for _, share in self.profile]
-        if not all(before < after for before, after in pairwise(times)):
-            what = "times must be above 0 and rise from pair to pair"
-            faults.add(what, column="profile", value=self.profile)
-        if times[-1] != self.period_s:
+        before = 0.0
+        for place, (until, share) in enumerate(self.profile, start=1):
+            pair = f"profile, pair {place}"
+            if not before < until:
+                what = f"the time must be above that of the pair before, {before:g} s"
+                faults.add(what, column=pair, value=until)
+            if not 0 <= share < math.inf:
+                faults.add("the share must be finite, 0 or more", column=pair, value=share)
+            before = until
+        if before != self.period_s:
             what = f"the last time must be the end of the period, {self.period_s} s"
-            faults.add(what, column="profile", value=times[-1])
-        if not all(0 <= share < math.inf for share in shares) or not sum(shares) > 0:
-            what = "shares must be finite, none below 0 and one at least above"
-            faults.add(what, column="profile", value=self.profile)
+            faults.add(what, column=f"profile, pair {len(self.profile)}", value=before)
+        if all(share == 0 for _, share in self.profile):
+            faults.add("one share at least must be above 0", column="profile")
 
     def slices(self) -> list[Slice]:
         """The parts of the period in which trips depart; their shares sum to 1."""

@@ -14,6 +14,14 @@ REQUIRED_NODE_COLUMNS = ("node_id",)
 POSITIVE_LINK_COLUMNS = ("length", "lanes", "free_speed", "jam_density", "merge_priority")
 CONTROLS = ("none", "signal")
 
+#: no road is beyond these: a larger value is a slip of units, and would make a run endless
+LARGEST: dict[str, tuple[float, str]] = {
+    "length": (1e7, "m"),
+    "lanes": (100, "lanes"),
+    "free_speed": (150, "m/s"),
+    "jam_density": (1, "veh/m/lane"),
+}
+
 #: topic of the notes that say why a reader left a column empty; their value is that column's name
 PLACEHOLDER = "placeholder"
 
@@ -22,8 +30,9 @@ def check_network(network: Network) -> None:
     """Raise :class:`InputError` with every reason why ``network`` cannot be simulated, or return.
 
     Looked at: the columns needed, ids (present, unique), end nodes (known), length, lanes,
-    free_speed, jam_density and merge_priority (finite, above 0), capacity (the same, or null),
-    control and through_traffic, and that no turn is banned.
+    free_speed, jam_density and merge_priority (finite, above 0, within :data:`LARGEST`; lanes
+    whole), capacity (finite and above 0, or null), control and through_traffic, and that no turn
+    is banned.
     """
     faults = Faults()
     faults.extend(_node_faults(network.nodes))
@@ -102,6 +111,14 @@ def _add_number_faults(faults: Faults, links: pd.DataFrame, column: str) -> None
     )
     with np.errstate(invalid="ignore"):
         add_rows(faults, filled & (values <= 0), f"{column} <= 0", ids=ids)
+    finite = np.where(np.isfinite(values), values, 0.0)
+    if column in LARGEST:
+        limit, unit = LARGEST[column]
+        advice = "is the unit right?"
+        what = f"{column} > {limit:g} {unit}"
+        add_rows(faults, finite > limit, what, ids=ids, advice=advice)
+    if column == "lanes":
+        add_rows(faults, finite % 1 != 0, "lanes that are not a whole number", ids=ids)
 
 
 def _movement_faults(movements: pd.DataFrame) -> Faults:

@@ -98,7 +98,9 @@ def _read_csv(path: Path, faults: Faults) -> Overrides:
         return nothing
     header = rows[0] if rows else []
     if "link_id" not in header:
-        faults.add("lacks the column link_id", line=1, value=",".join(header))
+        otherwise_separated = len(header) == 1 and (";" in header[0] or "\t" in header[0])
+        hint = ": separate the columns by commas" if otherwise_separated else ""
+        faults.add(f"lacks the column link_id{hint}", line=1, value=",".join(header))
     for name in sorted({name for name in header if header.count(name) > 1}):
         faults.add("the column stands there more than once", line=1, column=name)
     for row, line in zip(rows[1:], at[1:], strict=True):
