@@ -17,7 +17,7 @@ from shapely.geometry import LineString
 
 from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.network_states import network_states
-from uxsim_geo.export.colours import SPEED_CLASSES
+from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane, round_below
 from uxsim_geo.export.plots import mfd_figure, network_state_figure, save_figure
 from uxsim_geo.network.network import Network
@@ -59,7 +59,7 @@ def test_colour_is_the_speed_and_width_the_volume() -> None:
 def test_a_map_has_a_scale_and_north_or_says_why_not() -> None:
     assert {"200 m", "N", "a", "b"} <= texts(state_figure(two_way_road()))
     without = texts(state_figure(two_way_road(None)))
-    assert "coordinates without a reference system: no scale" in without
+    assert "schematic: coordinates without a reference system, no scale" in without
     assert "N" not in without
 
 
@@ -75,6 +75,20 @@ def test_unused_links_stay_on_the_map() -> None:
     figure.draw_without_rendering()
     unused, used = (c for c in figure.axes[0].collections if isinstance(c, LineCollection))
     assert (len(unused.get_segments()), len(used.get_segments())) == (2, 2)
+    assert legend_texts(figure)[-1] == NO_TRAFFIC
+    assert NO_TRAFFIC not in legend_texts(state_figure(two_way_road()))
+
+
+def test_thousands_are_set_off_by_commas() -> None:
+    network = two_way_road()
+    totals = link_totals(network, states_with_a_queue(network)).assign(volume=[2000.0, 1.0])
+    assert "2,000" in legend_texts(network_state_figure(network, totals, "t"))
+
+
+def legend_texts(figure: Figure) -> list[str]:
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
 
 
 def test_a_network_without_geometry_cannot_be_drawn() -> None:

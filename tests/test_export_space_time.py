@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from ctypes.util import find_library
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from matplotlib.image import imread
 from newell_link import network_of
 from shapely.geometry import LineString
 
-from uxsim_geo.export import space_time
+from uxsim_geo.export import space_time, space_time_render
 from uxsim_geo.export import space_time_scene as scenes
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.space_time import RenderError, write_space_time
@@ -37,7 +38,7 @@ def test_ribbons_stand_over_their_links_from_begin_to_end_of_the_bin() -> None:
     assert scene["quads"].reshape(-1, 5).tolist()[0] == [4, 0, 1, 2, 3]
     corners = scene["points"].reshape(3, 4, 3)
     assert corners[:, :, 2].tolist() == pytest.approx(
-        np.array([[0, 0, 0.3, 0.3], [0.3, 0.3, 0.6, 0.6], [0, 0, 0.3, 0.3]])
+        scenes.HEIGHT * np.array([[0, 0, 0.5, 0.5], [0.5, 0.5, 1, 1], [0, 0, 0.5, 0.5]])
     )
     there, back = corners[0], corners[2]
     assert there[0, 0] < there[1, 0]
@@ -92,7 +93,68 @@ def test_the_axes_tell_time_distance_and_north() -> None:
     labels = set(space_time_scene(network, states_with_a_queue(network), "t")["labels"])
     assert {"time, h:min", "0:00", "200 m", "N"} <= labels
     nowhere = two_way_road(None)
-    assert "200 m" not in space_time_scene(nowhere, states_with_a_queue(nowhere), "t")["labels"]
+    schematic = set(space_time_scene(nowhere, states_with_a_queue(nowhere), "t")["labels"])
+    assert not {"200 m", "N"} & schematic
+
+
+def test_a_narrow_map_does_not_carry_a_tower() -> None:
+    network = two_way_road()
+    upright = [LineString([(0, 0), (0, 1000)]), LineString([(0, 1000), (0, 0)])]
+    narrow = Network(network.nodes, gpd.GeoDataFrame(network.links).set_geometry(upright))
+    points = space_time_scene(narrow, states_with_a_queue(narrow), "t")["points"]
+    assert points[:, 2].max() == pytest.approx(scenes.LEAST_HEIGHT)
+
+
+def test_a_ribbon_that_floats_has_a_foot() -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network)
+    assert space_time_scene(network, states, "t")["feet"].shape == (0, 2, 3)
+    late = states.assign(speed=states["speed"].where(states["begin_s"] > 0))
+    scene = space_time_scene(network, late, "t")
+    (foot,) = scene["feet"]
+    corners = scene["points"].reshape(-1, 4, 3)[0]
+    assert foot[:, :2] == pytest.approx(np.tile(corners[:2, :2].mean(axis=0), (2, 1)))
+    assert foot[:, 2] == pytest.approx([0, scenes.HEIGHT / 2])
+
+
+def test_of_many_slow_states_the_slowest_and_fullest_are_drawn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network).assign(speed=0.0, density=[0.1, 0.2, 0.05, 0.2])
+    monkeypatch.setattr(scenes, "MOST_STATES", 2)
+    scene = space_time_scene(network, states, "t")
+    assert scene["points"].reshape(2, 4, 3)[:, 0, 2] == pytest.approx([scenes.HEIGHT / 2] * 2)
+    assert "the 2 slowest of 4" in scene["subtitle"]
+
+
+def test_a_crowd_of_ribbons_is_paler(monkeypatch: pytest.MonkeyPatch) -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network)
+    alone = space_time_scene(network, states, "t")["opacity"]
+    monkeypatch.setattr(scenes, "CROWD", 1)
+    crowd = space_time_scene(network, states, "t")
+    # two of the three are not faint
+    assert crowd["opacity"] == pytest.approx(alone / 2**0.5)
+
+
+@pytest.mark.parametrize("size", [(1.0, 1.0, 0.1), (1.0, 0.1, 0.4), (0.2, 1.0, 0.2)])
+def test_the_camera_shows_every_point_and_comes_as_near_as_it_can(
+    size: tuple[float, float, float],
+) -> None:
+    points = np.array(list(itertools.product((-1, 1), (-1, 1), (0, 2)))) * size + 7.0
+    focus, distance = space_time_render.camera(points)
+    towards = space_time_render.TOWARDS_THE_VIEWER
+    right = np.cross((0, 0, 1), towards)
+    right /= np.linalg.norm(right)
+    seen = points - (focus + distance * towards)
+    scale = -(seen @ towards) * np.tan(np.radians(space_time_render.VIEW_ANGLE / 2))
+    x = 0.5 + seen @ right / scale / 2 * 1200 / 1600
+    y = 0.5 + seen @ np.cross(towards, right) / scale / 2
+    left, most_right, bottom, top = space_time_render.ROOM
+    slack = [x.min() - left, most_right - x.max(), y.min() - bottom, top - y.max()]
+    assert min(slack) >= -1e-9
+    assert max(slack[:2]) < 1e-9 or max(slack[2:]) < 1e-9
 
 
 def test_a_network_without_geometry_cannot_be_drawn(tmp_path: Path) -> None:

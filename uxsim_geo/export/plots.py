@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.passages import Floats
-from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
+from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane, round_below
 from uxsim_geo.files import replace_when_complete
 from uxsim_geo.network.network import Network
@@ -120,7 +120,8 @@ def _draw_links(
         capstyle="butt",
     )
     axes.add_collection(traffic)
-    _draw_width_legend(axes, float(volume.max(initial=0)), float(widths.max(initial=NARROWEST)))
+    widest = float(widths.max(initial=NARROWEST))
+    _draw_width_legend(axes, float(volume.max(initial=0)), widest, unused=unused.size > 0)
     return traffic
 
 
@@ -133,7 +134,7 @@ def _line_widths(volume: Floats, plane: MapPlane, units_per_point: float) -> Flo
     return NARROWEST + (widest - NARROWEST) * volume / max(float(volume.max(initial=0)), 1.0)
 
 
-def _draw_width_legend(axes: Axes, largest: float, widest: float) -> None:
+def _draw_width_legend(axes: Axes, largest: float, widest: float, *, unused: bool) -> None:
     from matplotlib.lines import Line2D
 
     if largest <= 0:
@@ -143,7 +144,10 @@ def _draw_width_legend(axes: Axes, largest: float, widest: float) -> None:
         Line2D([], [], color="#555555", linewidth=NARROWEST + (widest - NARROWEST) * n / largest)
         for n in (top / 5, top / 2, top)
     ]
-    labels = [f"{n:,.0f}".replace(",", " ") for n in (top / 5, top / 2, top)]
+    labels = [f"{n:,.0f}" for n in (top / 5, top / 2, top)]
+    if unused:
+        handles.append(Line2D([], [], color=NEUTRAL, linewidth=NARROWEST))
+        labels.append(NO_TRAFFIC)
     axes.legend(
         handles,
         labels,
@@ -169,7 +173,7 @@ def _draw_scale(axes: Axes, plane: MapPlane) -> None:
     x0, _, x1, _ = plane.extent
     bar = plane.scale_bar((x1 - x0) / 4)
     if bar is None:
-        text = "coordinates without a reference system: no scale"
+        text = "schematic: coordinates without a reference system, no scale"
         axes.text(0.0, -0.02, text, transform=axes.transAxes, fontsize=8, va="top")
         return
     length, name = bar

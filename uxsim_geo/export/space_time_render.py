@@ -18,7 +18,11 @@ Plotter = Any
 
 WINDOW = (1600, 1200)
 DARK = "#333333"
-TOWARDS_THE_VIEWER = (0.35, -1.0, 0.75)
+TOWARDS_THE_VIEWER = np.array([0.35, -1.0, 0.75]) / np.linalg.norm([0.35, -1.0, 0.75])
+VIEW_ANGLE = 30.0  # degrees from the lower to the upper edge
+
+#: the part of the window for the scene, between texts: left, right, bottom, top (0 to 1)
+ROOM = (0.04, 0.96, 0.08, 0.87)
 
 
 def render(scene: Any, picture: str) -> None:
@@ -29,15 +33,51 @@ def render(scene: Any, picture: str) -> None:
     plotter.set_background("white")
     _add_ground(plotter, scene)
     _add_ribbons(plotter, scene)
+    _add_lines(plotter, scene["feet"], color=DARK, line_width=1.5, opacity=0.35)
     _add_axes(plotter, scene)
     _write(plotter, str(scene["title"]), 0.955, 16)
-    _write(plotter, str(scene["subtitle"]), 0.015, 10)
+    _write(plotter, str(scene["subtitle"]), 0.012, 10)
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_depth_peeling(8)
-    plotter.view_vector(TOWARDS_THE_VIEWER, viewup=(0, 0, 1))
-    plotter.camera.zoom(1.1)
+    _aim(plotter, scene)
     plotter.screenshot(picture)
     plotter.close()
+
+
+def _aim(plotter: Plotter, scene: Any) -> None:
+    """Put the camera as near as the window's room for the scene allows, and the scene amid it."""
+    x0, y0, x1, y1 = scene["ground"]
+    corners = np.array([(x, y, 0.0) for x in (x0, x1) for y in (y0, y1)])
+    parts = [corners, scene["points"], scene["segments"].reshape(-1, 3), scene["label_points"]]
+    focus, distance = camera(np.concatenate(parts))
+    plotter.camera.view_angle = VIEW_ANGLE
+    plotter.camera.focal_point = focus
+    plotter.camera.position = focus + distance * TOWARDS_THE_VIEWER
+    plotter.camera.up = (0, 0, 1)
+    plotter.reset_camera_clipping_range()
+
+
+def camera(points: Any) -> tuple[Any, float]:
+    """Focal point of a camera that shows all points (n, 3) in ROOM, and its distance from it.
+
+    A point at x to the right of and w before the focal plane is seen at x / (D - w); that it lies
+    inside an edge is linear in the distance D and in the shift of the focus, for every edge.
+    """
+    right = np.cross((0.0, 0.0, 1.0), TOWARDS_THE_VIEWER)
+    right /= np.linalg.norm(right)
+    up = np.cross(TOWARDS_THE_VIEWER, right)
+    before = points @ TOWARDS_THE_VIEWER
+    half = np.tan(np.radians(VIEW_ANGLE / 2))
+    limits = (2 * np.array(ROOM) - 1) * half * np.array([WINDOW[0] / WINDOW[1]] * 2 + [1.0] * 2)
+    spans = []
+    for axis, low, high in ((right, *limits[:2]), (up, *limits[2:])):
+        along = points @ axis
+        spans.append((np.max(along + high * before), np.min(along + low * before), low, high))
+    distance = max((most - least) / (high - low) for most, least, low, high in spans)
+    shifts = [
+        (most - high * distance + least - low * distance) / 2 for most, least, low, high in spans
+    ]
+    return shifts[0] * right + shifts[1] * up, float(distance)
 
 
 def _write(plotter: Plotter, text: str, height: float, size: int) -> None:
@@ -102,21 +142,20 @@ def _add_ribbons(plotter: Plotter, scene: Any) -> None:
     )
 
 
-def _add_axes(plotter: Plotter, scene: Any) -> None:
-    """Straight black lines (time axis, its ticks, scale bar, north) and their labels."""
+def _add_lines(plotter: Plotter, segments: Any, **look: Any) -> None:
+    """Straight lines, shape (n, 2, 3); none at all is no error."""
     import pyvista as pv
 
-    segments = scene["segments"]
-    lines = np.column_stack(
-        [
-            np.full(len(segments), 2),
-            np.arange(0, 2 * len(segments), 2),
-            1 + 2 * np.arange(len(segments)),
-        ]
-    )
-    plotter.add_mesh(
-        pv.PolyData(segments.reshape(-1, 3), lines=lines.ravel()), color="black", line_width=3
-    )
+    if len(segments) == 0:
+        return
+    rows = np.arange(2 * len(segments)).reshape(-1, 2)
+    lines = np.column_stack([np.full(len(segments), 2), rows])
+    plotter.add_mesh(pv.PolyData(segments.reshape(-1, 3), lines=lines.ravel()), **look)
+
+
+def _add_axes(plotter: Plotter, scene: Any) -> None:
+    """Straight black lines (time axis, its ticks, scale bar, north) and their labels."""
+    _add_lines(plotter, scene["segments"], color="black", line_width=3)
     plotter.add_point_labels(
         scene["label_points"],
         [str(label) for label in scene["labels"]],

@@ -14,11 +14,15 @@ from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.network.network import Network
 
 MOST_QUADS = 300_000  # more take longer to draw and show no more
-HEIGHT = 0.6  # of the time axis, as a part of the map's larger side
+MOST_STATES = 5_000  # more ribbons hide each other: the slowest and, of those, the fullest count
+HEIGHT = 0.4  # of the time axis at most, as a part of the map's larger side
+LEAST_HEIGHT = 0.25  # of it on a narrow map, where it would tower
 FEW_LINKS = 200  # of more, free-flowing ribbons would be a fog: only the slower ones are drawn
 BESIDE = 0.003  # how far a link stands to the right of its road, as a part of that side
 TICK_MINUTES = (1, 2, 5, 10, 15, 20, 30, 60, 120, 180, 240, 360, 720, 1440)
 OPACITIES = (1.0, 1.0, 0.9, 0.3, 0.05)  # of the classes of speed: free traffic hides no queue
+CROWD = 500  # of more ribbons each is paler, so that those behind show
+FAINT = 0.06  # opacities up to here draw no attention
 SPARSE = 0.03  # of jam density: states below fade, since a few vehicles are no queue
 
 
@@ -32,8 +36,11 @@ def space_time_scene(network: Network, states: pd.DataFrame, title: str) -> dict
     road_points, roads, road_speed
         the links on the ground, as VTK's polylines, with the lowest speed each ever had while
         there were more than a few vehicles
+    feet
+        lines (n, 2, 3) from the ground up to the lowest ribbon of each link that is not faint,
+        where that floats; none among a crowd of ribbons
     segments, label_points, labels
-        the time axis, the scale bar and north: lines (n, 2, 3) and texts at (n, 3)
+        the time axis, and with a CRS the scale bar and north: lines (n, 2, 3), texts at (n, 3)
     ground, colours, title, subtitle, speed_title
         the sheet under the map, and the colours of the classes of speed, which are even
     """
@@ -41,20 +48,25 @@ def space_time_scene(network: Network, states: pd.DataFrame, title: str) -> dict
     frame = _Frame.of(plane, float(states["end_s"].max()))
     percent, weight = _percent(network, states), _weight(network, states)
     worth = 100.0 if len(network.links) <= FEW_LINKS else 100 * SPEED_CLASSES[-1].lower
-    chosen = np.flatnonzero(percent <= worth)
+    chosen = _slowest(np.flatnonzero(percent <= worth), percent, states)
     pieces = _Pieces.of(plane, frame, len(states) // len(network.links), chosen)
     state, piece = pieces.quads_of(chosen)
     if len(state) > MOST_QUADS:
         slowest = np.sort(np.argsort(percent[state], kind="stable")[:MOST_QUADS])
         state, piece = state[slowest], piece[slowest]
+    opacity = _opacity(percent, weight)
+    crowd = int(np.count_nonzero(opacity[chosen] > FAINT))
+    opacity *= (CROWD / max(crowd, CROWD)) ** 0.5
+    seen = state[opacity[state] > FAINT] if len(state) <= CROWD else state[:0]
     return {
         "title": title,
         "subtitle": _subtitle(percent, len(np.unique(state))),
         **_ribbons(pieces, piece, frame.heights(states, state)),
+        "feet": _feet(pieces, seen, frame.heights(states, seen)),
         "speed": percent[state],
         "speed_title": "speed, % of free speed\n",
         "colours": np.array([speed.colour for speed in SPEED_CLASSES]),
-        "opacity": _opacity(percent, weight)[state],
+        "opacity": opacity[state],
         **_roads(pieces, np.where(weight < 1, np.nan, percent)),
         **frame.axes(),
     }
@@ -67,18 +79,21 @@ class _Frame:
     plane: MapPlane
     middle: Floats
     side: float
+    height: float
     duration: float
 
     @classmethod
     def of(cls, plane: MapPlane, duration: float) -> _Frame:
         x0, y0, x1, y1 = plane.extent
         middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
-        return cls(plane, middle, max(x1 - x0, y1 - y0), duration)
+        side = max(x1 - x0, y1 - y0)
+        height = min(HEIGHT, max((x1 - x0) / side, LEAST_HEIGHT))
+        return cls(plane, middle, side, height, duration)
 
     def heights(self, states: pd.DataFrame, rows: Integers) -> Floats:
         """Begin and end of these states above the ground, shape (rows, 2)."""
         seconds = states[["begin_s", "end_s"]].to_numpy(float)[rows]
-        heights: Floats = HEIGHT * seconds / self.duration
+        heights: Floats = self.height * seconds / self.duration
         return heights
 
     def axes(self) -> dict[str, Any]:
@@ -86,17 +101,17 @@ class _Frame:
         x0, y0 = (self.plane.extent[:2] - self.middle) / self.side
         x1, y1 = (self.plane.extent[2:] - self.middle) / self.side
         corner = np.array([x0 - 0.02, y0 - 0.02, 0.0])
-        segments, labels = _time_axis(corner, self.duration)
+        segments, labels = _time_axis(corner, self.height, self.duration)
         near = np.array([x0, y0 - 0.05, 0.0])
         bar = self.plane.scale_bar(0.3 * (x1 - x0) * self.side)
         if bar is not None:
             length = np.array([bar[0] / self.side, 0.0, 0.0])
             segments.append((near, near + length))
             labels.append((_moved(near + length / 2, 0.0, -0.035), bar[1]))
-        foot, head = np.array([x1 + 0.06, y1 - 0.12, 0.0]), np.array([x1 + 0.06, y1, 0.0])
-        segments += [(foot, head)]
-        segments += [(head, _moved(head, sign * 0.012, -0.03)) for sign in (-1, 1)]
-        labels.append((_moved(head, 0.0, 0.05), "N"))
+            foot, head = np.array([x1 + 0.06, y1 - 0.12, 0.0]), np.array([x1 + 0.06, y1, 0.0])
+            segments += [(foot, head)]
+            segments += [(head, _moved(head, sign * 0.012, -0.03)) for sign in (-1, 1)]
+            labels.append((_moved(head, 0.0, 0.05), "N"))
         return {
             "ground": np.array([x0 - 0.03, y0 - 0.03, x1 + 0.03, y1 + 0.03]),
             "segments": np.array(segments),
@@ -157,6 +172,18 @@ def _ribbons(pieces: _Pieces, piece: Integers, heights: Floats) -> dict[str, Any
     return {"points": corners.reshape(-1, 3), "quads": _cells(len(piece), 4)}
 
 
+def _feet(pieces: _Pieces, state: Integers, heights: Floats) -> Floats:
+    """Upright lines under the middles of links whose lowest ribbon floats, shape (links, 2, 3)."""
+    link = state // pieces.bins
+    links, first = np.unique(link, return_index=True)  # states of a link stand in order of time
+    top = heights[first, 0]
+    links, top = links[top > 0], top[top > 0]
+    middle = (pieces.first[links] + pieces.first[links + 1] - 1) // 2
+    xy = (pieces.begin[middle] + pieces.end[middle]) / 2
+    ends = [np.column_stack([xy, np.zeros(len(xy))]), np.column_stack([xy, top])]
+    return np.stack(ends, axis=1)
+
+
 def _roads(pieces: _Pieces, percent: Floats) -> dict[str, Any]:
     """The pieces on the ground, with the lowest speed their link ever had."""
     ends = np.stack([pieces.begin, pieces.end], axis=1).reshape(-1, 2)
@@ -175,15 +202,17 @@ def _cells(count: int, corners: int) -> Integers:
     return np.column_stack([np.full(count, corners), rows]).ravel()
 
 
-def _time_axis(corner: Floats, duration: float) -> tuple[list[Any], list[tuple[Floats, str]]]:
+def _time_axis(
+    corner: Floats, height: float, duration: float
+) -> tuple[list[Any], list[tuple[Floats, str]]]:
     """A line upwards with a tick and a label (h:min) at every round time."""
-    top = _moved(corner, 0.0, 0.0, HEIGHT)
+    top = _moved(corner, 0.0, 0.0, height)
     segments: list[Any] = [(corner, top)]
     labels = [(_moved(top, -0.02, 0.0, 0.05), "time, h:min")]
     minutes = duration / 60
     step = next((step for step in TICK_MINUTES if minutes / step <= 6.5), minutes / 6)
     for minute in np.arange(0, minutes + 1e-6, step):
-        tick = _moved(corner, 0.0, 0.0, HEIGHT * minute / minutes)
+        tick = _moved(corner, 0.0, 0.0, height * minute / minutes)
         segments.append((tick, _moved(tick, -0.015)))
         hours, rest = divmod(round(minute), 60)
         labels.append((_moved(tick, -0.05), f"{hours}:{rest:02d}"))
@@ -202,6 +231,14 @@ def _percent(network: Network, states: pd.DataFrame) -> Floats:
     return percent
 
 
+def _slowest(rows: Integers, percent: Floats, states: pd.DataFrame) -> Integers:
+    """Of these states as many as a picture bears, in the order of the table."""
+    density = states["density"].to_numpy(float)[rows]
+    order = np.lexsort((-density, percent[rows]))
+    kept: Integers = np.sort(rows[order[:MOST_STATES]])
+    return kept
+
+
 def _weight(network: Network, states: pd.DataFrame) -> Floats:
     """1 for a state with traffic to speak of, less where a few vehicles were on the link."""
     jam = network.links["jam_density"].to_numpy(float) * network.links["lanes"].to_numpy(float)
@@ -218,10 +255,13 @@ def _opacity(percent: Floats, weight: Floats) -> Floats:
 
 
 def _subtitle(percent: Floats, shown: int) -> str:
-    ground = "paler with few vehicles; on the ground: the lowest speed of each link"
+    ground = (
+        "paler with few vehicles\non the ground: the lowest speed of each link, grey where it "
+        "stayed above 80 % of free speed or nobody drove"
+    )
     moving = int(np.count_nonzero(~np.isnan(percent)))
     if shown == moving:
         return f"ribbons: every link and time bin with traffic; {ground}"
     return (
         f"ribbons: the {shown:,} slowest of {moving:,} links and time bins with traffic; {ground}"
-    ).replace(",", " ")
+    )
