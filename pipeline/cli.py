@@ -6,6 +6,7 @@ import argparse
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         for fault in error.faults:
             show(f"error: {fault}", sys.stderr)
+        _log_faults(error, options.folder)
         return INPUT_AT_FAULT
     except KeyboardInterrupt:
         show("error: interrupted; what was finished before stays", sys.stderr)
@@ -46,6 +48,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001  the last place where it can be told
         _report_failure(error, options.folder)
         return FAILED
+
+
+def _log_faults(error: InputError, folder: RunFolder | None) -> None:
+    """Note the faults in the log of a run that is there; faulty input makes no folder."""
+    # they have been shown: a log that cannot be written adds nothing to them
+    with suppress(OSError, InputError):
+        if folder is not None and folder.path.is_dir():
+            folder.log("\n".join(f"error: {fault}" for fault in error.faults))
 
 
 def _report_failure(error: Exception, folder: RunFolder | None) -> None:

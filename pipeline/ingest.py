@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pipeline.config import Config, IngestSection
 from pipeline.runs import RunFolder
 from pipeline.stages import Outcome, Stage, Task
+from pipeline.warned import number_in_words, warnings_in
 from uxsim_geo.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG0
 
 
 def _run(task: Task) -> Outcome:
+    import pandas as pd
+
     from uxsim_geo.demand.files import write_demand
     from uxsim_geo.network.files import write_network
 
@@ -37,7 +40,8 @@ def _run(task: Task) -> Outcome:
     paths = write_network(network, task.folder / NETWORK)
     paths += write_demand(demand, task.folder / DEMAND)
     names = [path.relative_to(task.folder.path).as_posix() for path in paths]
-    return Outcome(names, _words(network, demand))
+    notes = pd.concat([network.notes, demand.notes])
+    return Outcome(names, _words(network, demand), warnings=warnings_in(notes))
 
 
 STAGE = Stage("ingest", ("ingest",), _inputs, _run)
@@ -78,13 +82,8 @@ def read_sources(section: IngestSection) -> tuple[Network, Demand]:
 
 
 def _words(network: Network, demand: Demand) -> str:
-    import pandas as pd
-
     pairs = len(demand.table[["origin", "destination"]].drop_duplicates())
-    notes = pd.concat([network.notes, demand.notes])
-    warnings = int((notes["severity"] == "warning").sum())
-    counts = (
+    return (
         f"{len(network.nodes):,} nodes, {len(network.links):,} links, {pairs:,} OD pairs, "
-        f"{demand.table['vehicles'].sum():,.0f} vehicles"
+        f"{number_in_words(demand.table['vehicles'].sum())} trips"
     )
-    return f"{counts}; warnings in import_notes: {warnings:,}" if warnings else counts

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.ingest import NETWORK
+from pipeline.ingest import DEMAND_NOTES, NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
 from uxsim_geo.errors import Fault, Faults, InputError
@@ -39,19 +39,25 @@ def inspect_path(path: Path) -> str:
 
 def describe_run(path: Path) -> str:
     """Stages with their time, the figures, and the network."""
+    from uxsim_geo.parquet import read_tables
+
     folder = RunFolder(path)
     stages = folder.read_manifest().stages
     rows = [
         (name, record.started, f"{record.wall_s:,.1f} s", "; ".join(record.problems) or "complete")
         for name, record in stages.items()
     ]
-    parts = [f"run {path.resolve().name}", align(rows)]
+    damaged = f"{MANIFEST} is damaged or of another version: nothing here can be vouched for"
+    parts = [f"run {path.resolve().name}", align(rows) or damaged]
     figures = read_summary(folder)
     if figures is not None:
         parts.append(align(result_rows(figures), right=(1,)))
     if (path / NETWORK).is_dir():
         parts.append(describe_network(path / NETWORK))
-    return "\n\n".join(parts)
+    if (path / DEMAND_NOTES).is_file():
+        (notes,) = read_tables(path / DEMAND_NOTES)
+        parts.append(_notes("demand notes", notes))
+    return "\n\n".join(filter(None, parts))
 
 
 def describe_network(path: Path) -> str:
@@ -66,10 +72,9 @@ def describe_network(path: Path) -> str:
     add_missing_columns(faults, links, REQUIRED_LINK_COLUMNS)
     faults.raise_if_any()
     crs = getattr(network.nodes, "crs", None)
-    zones = network.nodes["zone_id"].count() if "zone_id" in network.nodes else 0
     kilometres = links["length"] / LENGTHS["km"]
     rows = [
-        ("nodes", f"{len(network.nodes):,}", f"of these {zones:,} zones"),
+        ("nodes", f"{len(network.nodes):,}", _zones(network.nodes)),
         ("links", f"{len(links):,}", f"{kilometres.sum():,.1f} km, lanes {_range(links['lanes'])}"),
         ("length", _range(kilometres), "km"),
         ("free speed", _range(links["free_speed"] * KMH), "km/h"),
@@ -78,7 +83,9 @@ def describe_network(path: Path) -> str:
         ("banned turns", f"{len(network.movements):,}", ""),
         ("CRS", crs.to_string() if crs else "none", ""),
     ]
-    return "\n\n".join([f"network {path}", align(rows), _notes(network.notes)]).rstrip()
+    return "\n\n".join(
+        [f"network {path}", align(rows), _notes("import notes", network.notes)]
+    ).rstrip()
 
 
 def describe_geopackage(path: Path) -> str:
@@ -152,15 +159,25 @@ def _range(values: pd.Series[Any]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
+def _zones(nodes: pd.DataFrame) -> str:
+    """How many zones there are, at how many nodes: one may have several nodes, and share them."""
+    import pandas as pd
+
+    columns = [name for name in ("zone_id", "origin_of", "destination_of") if name in nodes]
+    ids = pd.concat([nodes[name].dropna().astype(str).str.split().explode() for name in columns])
+    ids = ids.dropna()
+    return f"{ids.index.nunique():,} of them carry {ids.nunique():,} zones"
+
+
 def _missing(values: pd.Series[Any]) -> str:
     missing = int(values.isna().sum())
     return f"{missing:,} empty" if missing else ""
 
 
-def _notes(notes: pd.DataFrame) -> str:
+def _notes(title: str, notes: pd.DataFrame) -> str:
     counts = Counter(zip(notes["severity"], notes["topic"], strict=True))
     rows = [(f"{count:,}", *key) for key, count in counts.most_common(ROWS_SHOWN)]
-    return f"import notes\n{align(rows, right=(0,))}" if rows else ""
+    return f"{title}\n{align(rows, right=(0,))}" if rows else ""
 
 
 def _shortened(names: Iterable[str], limit: int = 60) -> str:

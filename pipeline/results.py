@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.lines import show
 from pipeline.report import SUMMARY
 from pipeline.runs import CONFIG, MANIFEST, RunFolder, is_unchanged
+from pipeline.warned import warning_of_aborted
 from uxsim_geo.network.units import KMH, LENGTHS, TIMES
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ def show_results(folder: RunFolder) -> None:
     outputs = [name for record in stages.values() for name in record.outputs]
     with console.capture() as capture:
         if figures is not None:
+            if (warning := warning_of_aborted(figures)) is not None:
+                console.print(warning, markup=False)
             console.print(results_table(figures, folder.path.name))
         for path in (folder / name for name in (*outputs, CONFIG, MANIFEST)):
             if path.is_file():

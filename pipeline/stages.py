@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import shlex
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -64,13 +65,15 @@ class Task:
 class Outcome:
     """What a stage has done: files written (names in the run folder), in a few words, and how.
 
-    ``figures`` go into the manifest for later stages; ``problems`` say which outputs are missing.
+    ``figures`` go into the manifest for later stages; ``problems`` say which outputs are missing,
+    ``warnings`` what to know before the results are believed.
     """
 
     outputs: Sequence[str]
     words: str
     figures: dict[str, Any] = field(default_factory=dict)
     problems: Sequence[str] = ()
+    warnings: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -150,8 +153,9 @@ class Run:
         )
         self._finish(stage, record, before.stages.get(stage.name))
         words = f"{stage.name}: {outcome.words} ({record.wall_s:.1f} s)"
-        self.folder.log("\n".join([words, *outcome.problems]))
-        self.watch.say(words)
+        called = f"{stage.name}: called by {shlex.join(self.command)}"
+        self.folder.log("\n".join([called, words, *outcome.warnings, *outcome.problems]))
+        self.watch.say("\n".join([words, *outcome.warnings]))
         return outcome.problems
 
     def _settings(self, stage: Stage) -> dict[str, Any]:

@@ -69,6 +69,7 @@ def test_run_ends_with_a_table_and_the_paths(
         assert (tmp_path / "runs/small" / name).is_file()
     assert [line.partition(":")[0] for line in shown.err.splitlines() if line[0] != " "] == [
         "ingest",
+        "warning",
         "simulate",
         "report",
     ]
@@ -271,11 +272,37 @@ def test_what_was_deleted_is_neither_listed_nor_missed(
 
 
 def test_wrong_input_later_keeps_what_was_finished(finished: Path) -> None:
-    before = {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()}
+    log = finished / "run.log"
+    logged = log.read_text()
+    assert "uxsim-geo run" in logged
+    files = [path for path in finished.rglob("*") if path.is_file() and path != log]
+    before = {path: path.read_bytes() for path in files}
     (finished.parents[1] / "trips.tntp").write_text("Origin", encoding="utf-8")
     assert run(finished.parents[1]) == 2
-    after = {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()}
-    assert after == before
+    assert {path for path in finished.rglob("*") if path.is_file()} == {*files, log}
+    assert {path: path.read_bytes() for path in files} == before
+    assert "error: " in log.read_text().removeprefix(logged)
+
+
+#: one way only, from zone 1 to zone 2; half a trip more than whole
+UNREACHABLE = TRIPS.replace("100.0\n", "340.5\n") + "\nOrigin 2\n 1 : 240.5;\n"
+
+
+def test_warnings_come_with_their_number_and_sum(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_run(tmp_path)
+    (tmp_path / "trips.tntp").write_text(UNREACHABLE, encoding="utf-8")
+    assert run(tmp_path) == 0
+    shown = capsys.readouterr()
+    assert "2 OD pairs, 340.5 trips" in shown.err
+    assert "warning: unreachable (240.5 trips): no path leads" in shown.err
+    assert "warning: unreachable (240.5" in (tmp_path / "runs/small/run.log").read_text()
+    (warning,) = (line for line in shown.out.splitlines() if line.startswith("warning: "))
+    assert "of 341 vehicles (71%) were aborted" in warning.replace("340", "341")
+    assert shown.out.index("warning: ") < shown.out.index("vehicles demanded")
+    assert main(["inspect", str(tmp_path / "runs/small")]) == 0
+    assert "warning  unreachable" in capsys.readouterr().out.partition("demand notes")[2]
 
 
 def test_verify_finds_a_changed_byte(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -329,6 +356,27 @@ def test_inspect_shows_a_screenful(
     shown = capsys.readouterr().out
     assert all(word in shown for word in expected)
     assert len(shown.splitlines()) <= 50
+
+
+def test_inspect_says_that_a_manifest_is_damaged(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "manifest.json").write_text("{")
+    assert main(["inspect", str(finished)]) == 0
+    assert "manifest.json is damaged" in capsys.readouterr().out
+
+
+def test_inspect_counts_zones_and_their_nodes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_run(tmp_path)
+    net = tmp_path / "net.tntp"
+    # zones 1 and 2 become centroids of one street: both are loaded at nodes 3 and 4
+    text = net.read_text().replace("THRU NODE> 1", "THRU NODE> 3").replace("LINKS> 3", "LINKS> 5")
+    net.write_text(text + " 2 3 1800 0 0 0.15 4 0 0 1 ;\n 4 1 1800 0 0 0.15 4 0 0 1 ;\n")
+    assert run(tmp_path, "--quiet", command="ingest") == 0
+    assert main(["inspect", str(tmp_path / "runs/small/network")]) == 0
+    assert "2 of them carry 2 zones" in capsys.readouterr().out
 
 
 def test_inspect_names_what_a_network_lacks(
