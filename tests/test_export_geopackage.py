@@ -24,7 +24,7 @@ from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.engine.arrays import diagram_capacity
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.geopackage import RunDescription, write_geopackage
-from uxsim_geo.export.layers import links_layer
+from uxsim_geo.export.layers import link_times_layer, links_layer
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -102,6 +102,27 @@ COLUMNS = {
 @pytest.mark.parametrize("layer", sorted(LAYERS))
 def test_every_layer_has_the_columns_that_others_rely_on(package: Path, layer: str) -> None:
     assert list(pyogrio.read_info(package, layer=layer)["fields"]) == COLUMNS[layer].split()
+
+
+def test_the_page_of_columns_names_every_layer_and_column(package: Path) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "results.md").read_text(encoding="utf-8")
+    described = {}
+    for section in page.split("\n## ")[1:]:
+        first_cells = re.findall(r"^\| (`.*?) \|", section, flags=re.MULTILINE)
+        names = [name for cell in first_cells for name in re.findall("`(.*?)`", cell)]
+        described[section.split("\n")[0]] = names
+    assert set(described) == LAYERS
+    for layer, names in described.items():
+        assert sorted(names) == sorted(pyogrio.read_info(package, layer=layer)["fields"]), layer
+
+
+def test_columns_are_empty_only_where_the_page_says() -> None:
+    network = two_way_road("EPSG:25832")
+    states = link_times(network, events_of(network, []), trips_of([]), Settings(100.0), 100.0)
+    nobody = ["speed_kmh", "speed_ratio", "experienced_travel_time_s", "delay_s"]
+    for layer in (links_layer(network, states, 1.0), link_times_layer(network, states, START)):
+        empty = {name for name in layer.columns if layer[name].isna().all()}
+        assert empty - {"source_id", "zone_id"} == set(nobody)
 
 
 def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
