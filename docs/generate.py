@@ -16,8 +16,10 @@ from pipeline.config_file import sections_in
 HEAD = """# Configuration
 
 One YAML file a run. Unknown keys are errors, paths are relative to the file, every key can also be
-set on the command line: `--set simulate.duration_s=3600`. This page is made from the models in
-`pipeline/config.py` by `docs/generate.py`; a JSON schema for editors lies beside it.
+set on the command line: `--set simulate.duration_s=3600`. Entries of a list are counted from 0:
+`--set ingest.trips.0.factor=2`, which also reaches trips that are written without a list. This page
+is made from the models in `pipeline/config.py` by `docs/generate.py`; a JSON schema for editors
+lies beside it.
 """
 
 TYPE_NAMES: dict[object, str] = {

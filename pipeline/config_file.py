@@ -31,8 +31,9 @@ def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
     Raises :class:`uxsim_geo.errors.InputError` with all faults: line, key, value, what to do.
     """
     document = read_yaml(path)
+    lists = [dotted for dotted, key in iterate_keys() if _one_or_many(key)]
     for edit in edits:
-        set_value(document, edit)
+        set_value(document, edit, lists)
     try:
         return Config.model_validate(document.values, context=path.resolve().parent)
     except ValidationError as error:
@@ -78,6 +79,10 @@ def sections_in(annotation: object) -> Iterator[type[BaseModel]]:
         yield annotation
     for argument in typing.get_args(annotation):
         yield from sections_in(argument)
+
+
+def _one_or_many(key: FieldInfo) -> bool:
+    return typing.get_origin(key.annotation) is tuple and any(sections_in(key.annotation))
 
 
 def _plain(value: object, folder: Path) -> object:

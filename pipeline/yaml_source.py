@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -85,8 +86,10 @@ def read_yaml(path: Path) -> YamlSource:
     return document
 
 
-def set_value(document: YamlSource, assignment: str) -> None:
+def set_value(document: YamlSource, assignment: str, lists: Collection[str] = ()) -> None:
     """Put ``key.sub=value`` in the place of what the document says; lists take positions from 0.
+
+    ``lists`` are the keys that hold a list of mappings, or a single one plainly: that is entry 0.
 
     Raises :class:`uxsim_geo.errors.InputError` where the assignment cannot be understood.
     """
@@ -98,9 +101,32 @@ def set_value(document: YamlSource, assignment: str) -> None:
     node = _compose(text, faults)
     faults.raise_if_any()
     value = None if node is None else _Reader(YamlSource(faults.source), faults).value(node, ())
+    keys = _as_written(document.values, keys, lists, faults)
+    faults.raise_if_any()
     place = _assign(document.values, keys, value, faults)
     faults.raise_if_any()
     document.names[place] = faults.source
+
+
+def _as_written(
+    values: dict[str, object], keys: list[str], lists: Collection[str], faults: Faults
+) -> list[str]:
+    """Leave out position 0 where the document gives the single entry of a list plainly."""
+    container: object = values
+    for depth, key in enumerate(keys):
+        if isinstance(container, dict) and key.isdecimal() and ".".join(keys[:depth]) in lists:
+            if int(key) > 0:
+                _add_position(faults, keys, depth, 1)
+            return keys[:depth] + keys[depth + 1 :]
+        container = container.get(key) if isinstance(container, dict) else None
+    return keys
+
+
+def _add_position(faults: Faults, keys: list[str], depth: int, entries: int) -> None:
+    rest = keys[depth + 1 :] if keys[depth].isdecimal() else keys[depth:]
+    example = ".".join([*keys[:depth], "0", *rest])
+    what = "entry" if entries == 1 else "entries"
+    faults.add(f"the list has {entries} {what}, counted from 0: write {example} for the first")
 
 
 def _assign(values: dict[str, object], keys: list[str], value: object, faults: Faults) -> Place:
@@ -111,7 +137,7 @@ def _assign(values: dict[str, object], keys: list[str], value: object, faults: F
         index: str | int = key
         if isinstance(container, list):
             if not (key.isdecimal() and int(key) < len(container)):
-                faults.add(f"the list has {len(container)} entries, counted from 0", value=key)
+                _add_position(faults, keys, len(place), len(container))
                 return place
             index = int(key)
         elif not isinstance(container, dict):

@@ -140,7 +140,19 @@ def test_edit_reaches_into_a_list(tmp_path: Path) -> None:
     config = CONFIG.replace("  trips:\n    file: trips.tntp\n    demand_period_s: 600\n", entry)
     path = write_small_run(tmp_path, config)
     assert load_config(path, ["ingest.trips.0.factor=3"]).ingest.trips[0].factor == 3.0
-    with pytest.raises(InputError, match="the list has 1 entries"):
+    for key in ("1.factor", "factor"):
+        with pytest.raises(InputError, match=r"counted from 0: write ingest\.trips\.0\.factor"):
+            load_config(path, [f"ingest.trips.{key}=3"])
+
+
+def test_edit_counts_a_single_entry_as_a_list_of_one(tmp_path: Path) -> None:
+    path = write_small_run(tmp_path)
+    edits = ["ingest.trips.0.factor=3", "ingest.trips.0.profile=[[600, 1]]"]
+    (entry,) = load_config(path, edits).ingest.trips
+    assert (entry.factor, entry.profile) == (3.0, ((600.0, 1.0),))
+    whole = "ingest.trips.0={file: trips.tntp, demand_period_s: 60}"
+    assert load_config(path, [whole]).ingest.trips[0].demand_period_s == 60.0
+    with pytest.raises(InputError, match=r"counted from 0: write ingest\.trips\.0\.factor"):
         load_config(path, ["ingest.trips.1.factor=3"])
 
 
