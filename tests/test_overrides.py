@@ -116,3 +116,14 @@ def test_a_geopackage_that_is_none(tmp_path: Path, network: Network) -> None:
         apply_overrides(network, write(tmp_path, "over.gpkg", "no database"))
     with pytest.raises(InputError, match="no such file"):
         apply_overrides(network, tmp_path / "nowhere.gpkg")
+
+
+def test_notes_on_a_column_that_every_link_has_anew_are_dropped(tmp_path: Path) -> None:
+    text = net([row(1, 2), row(2, 3), row(3, 1)])  # length and time are the same numbers
+    network = read_tntp_network(write(tmp_path, "net.tntp", text), UNITS)
+    some = write(tmp_path, "some.csv", "link_id,free_speed\n1-2,10\n2-3,20\n3-1,\n")
+    every = write(tmp_path, "every.csv", "link_id,free_speed\n1-2,10\n2-3,20\n3-1,15\n")
+    assert "free speeds equal" in set(apply_overrides(network, some).notes["topic"])
+    topics = set(apply_overrides(network, every).notes["topic"])
+    assert "free speeds equal" not in topics
+    assert {"length copied", "lanes assumed"} <= topics

@@ -318,3 +318,21 @@ def test_capacities_are_kept_where_lanes_carry_less(tmp_path: Path) -> None:
     assert network.links["lanes"].tolist() == [1, 1]
     assert network.links["capacity"].to_numpy() == pytest.approx([2400 / 3600, 1900 / 3600])
     assert topics(network)["capacity above diagram"] == "1"
+
+
+def test_what_is_assumed_of_single_links_is_warned_of(tmp_path: Path) -> None:
+    rows = [row(1, 2, time=0), row(2, 3, length=0), row(3, 1), row(3, 3), row(2, 1)]
+    network = read_tntp_network(write(tmp_path, "net.tntp", net(rows)), UNITS)
+    notes = network.notes[network.notes["severity"] == "warning"]
+    told = notes.set_index("topic")[["element_id", "value"]].T.to_dict("list")
+    assert told["no free-flow time"] == ["1-2", "40"]
+    assert told["length assumed"] == ["2-3", "1000"]
+    assert told["self-loop"][0] == "3-3"
+    assert "inf" not in set(network.notes["value"])
+
+
+def test_connectors_that_take_no_time_are_no_reason_to_warn(tmp_path: Path) -> None:
+    rows = [row(1, 2, time=0), row(2, 1, time=0), row(2, 3), row(3, 2)]
+    options = replace(UNITS, connectors="keep")
+    network = read_tntp_network(write(tmp_path, "net.tntp", net(rows, first=2)), options)
+    assert "no free-flow time" not in set(network.notes["topic"])

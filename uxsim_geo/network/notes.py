@@ -46,6 +46,13 @@ class Notes:
         for element_id, value in zip(ids, found, strict=True):
             self.rows.append((element, element_id, topic, "info", note, _text(value)))
 
+    def warn_each(
+        self, topic: str, note: str, ids: Sequence[str], values: Sequence[object]
+    ) -> None:
+        """Warn of the same on every link in ``ids``, with the value that was put in its place."""
+        for link_id, value in zip(ids, values, strict=True):
+            self.rows.append(("link", link_id, topic, "warning", note, _text(value)))
+
     def table(self) -> pd.DataFrame:
         """One row a note, columns :data:`NOTE_COLUMNS`."""
         return pd.DataFrame(self.rows, columns=list(NOTE_COLUMNS)).astype("str")

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.errors import Faults
+from uxsim_geo.network.check import PLACEHOLDER
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import whole_where_possible
@@ -28,6 +29,18 @@ TEXTS = ("road_class", "name", "source_id")
 
 #: columns that say where a number comes from; it is given once it is overridden
 SOURCES = {"lanes": "lanes_source", "free_speed": "free_speed_source"}
+
+#: topics of the notes on a column, which no longer hold once every link has another value there
+TOPICS = {
+    "length": ("length assumed", "length copied"),
+    "lanes": ("lanes assumed",),
+    "free_speed": (
+        "free speed clipped",
+        "free speeds equal",
+        "no free speed",
+        "no free-flow time",
+    ),
+}
 
 #: name in the table to (column of the links, its factor to SI)
 NAMES: dict[str, tuple[str, float]] = {name: (name, 1.0) for name in NUMBERS} | {
@@ -76,8 +89,21 @@ def apply_overrides(network: Network, path: Path) -> Network:
     columns = ", ".join(name for name in table.cells.columns if name != "link_id")
     note = f"{columns} taken from {path.name} where it has values"
     notes.add("overrides", note, element="link", value=len(table.cells))
-    all_notes = pd.concat([network.notes, notes.table()], ignore_index=True)
+    still = network.notes[~_is_outdated(network, table)]
+    all_notes = pd.concat([still, notes.table()], ignore_index=True)
     return replace(network, links=links, notes=all_notes)
+
+
+def _is_outdated(network: Network, table: Overrides) -> np.ndarray:
+    """Which notes of the network are on a column that the table sets on every link."""
+    outdated = np.zeros(len(network.notes), dtype=bool)
+    topic, value = network.notes["topic"], network.notes["value"]
+    for name in NAMES.keys() & set(table.cells.columns):
+        if table.cells[name].notna().sum() == len(network.links):
+            column = NAMES[name][0]
+            outdated |= np.asarray(topic.isin(TOPICS.get(column, ())), dtype=bool)
+            outdated |= np.asarray((topic == PLACEHOLDER) & (value == column), dtype=bool)
+    return outdated
 
 
 def _read_csv(path: Path, faults: Faults) -> Overrides:

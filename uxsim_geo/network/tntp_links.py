@@ -19,7 +19,7 @@ import pandas as pd
 from uxsim_geo.network.check import PLACEHOLDER
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.placeholders import is_copy
-from uxsim_geo.network.rows import whole_where_possible
+from uxsim_geo.network.rows import is_among, whole_where_possible
 from uxsim_geo.network.tntp_net import ENDS, NetFile
 from uxsim_geo.network.tntp_options import TntpOptions
 from uxsim_geo.network.units import PER_HOUR, Quantity, Unit
@@ -30,11 +30,15 @@ REACTION_TIME = 1.0
 
 @dataclass(frozen=True)
 class Conversion:
-    """What every step of the conversion needs: the file, the options, the notes."""
+    """What every step of the conversion needs: the file, the options, the notes.
+
+    connectors: a boolean, one a row of the file: whether the link stands for a zone's streets
+    """
 
     net: NetFile
     options: TntpOptions
     notes: Notes
+    connectors: np.ndarray
 
     @property
     def table(self) -> pd.DataFrame:
@@ -53,13 +57,17 @@ class Conversion:
         return unit
 
 
-def links_table(net: NetFile, options: TntpOptions, notes: Notes) -> pd.DataFrame:
+def links_table(
+    net: NetFile, options: TntpOptions, notes: Notes, centroids: pd.Index
+) -> pd.DataFrame:
     """Links in SI units, without geometry, of a net file read without faults.
 
     The file's own columns follow the shared ones under ``tntp_`` and their name, unconverted.
     """
     table = net.table
-    known = Conversion(net, options, notes)
+    connectors = is_among(table["from_node_id"], centroids)
+    connectors |= is_among(table["to_node_id"], centroids)
+    known = Conversion(net, options, notes, connectors)
     link_id = table["from_node_id"] + "-" + table["to_node_id"]
     speed, speed_source = _free_speed(known, link_id)
     length = _length(known, speed, link_id)
@@ -104,9 +112,14 @@ def _free_speed(known: Conversion, link_id: pd.Series) -> tuple[np.ndarray, np.n
         notes.add_each("no free speed", "the file says speed 0: left empty", ids)
         found = np.where(found == 0, np.nan, found)
     speed = np.clip(found, options.min_speed, options.max_speed)
+    timeless = np.isinf(found) & ~known.connectors
+    note = "the file says free-flow time 0: a free speed (value, m/s) assumed"
+    ids, values = list(link_id[timeless]), speed[timeless].tolist()
+    notes.warn_each("no free-flow time", note, ids, values)
     moved = (speed != found) & ~np.isnan(found)
     note = f"free speed (value, m/s) moved into {options.min_speed:g} to {options.max_speed:g} m/s"
-    ids, values = list(link_id[moved]), found[moved].tolist()
+    told = moved & np.isfinite(found)
+    ids, values = list(link_id[told]), found[told].tolist()
     notes.add_each("free speed clipped", note, ids, values=values)
     source = np.where(moved | assumed, "assumed", "given").astype(object)
     source[np.isnan(speed)] = None
@@ -131,10 +144,12 @@ def _speed_is_unknown(known: Conversion) -> bool:
         notes.add(
             "length copied",
             f"length and free_flow_time are the same number on all {len(table)} links: "
-            "lengths are what length_unit makes of them, and all free speeds are equal",
+            "lengths are what length_unit makes of them",
             element="link",
             severity="warning",
         )
+        note = "all links have the same free speed, since length copies free_flow_time"
+        notes.add("free speeds equal", note, element="link")
     if none:
         first = table[column].iloc[: 6 if table[column].nunique() > 1 else 1]
         sample = ", ".join(f"{value:g}" for value in first)
@@ -168,7 +183,7 @@ def _length(known: Conversion, speed: np.ndarray, link_id: pd.Series) -> np.ndar
     covered = np.where(np.isnan(speed), known.options.max_speed, speed) * seconds
     note = "the file says length 0: a length (value, m) assumed"
     ids, values = list(link_id[none]), covered[none].tolist()
-    known.notes.add_each("length assumed", note, ids, values=values)
+    known.notes.warn_each("length assumed", note, ids, values)
     return np.where(none, covered, length)
 
 
