@@ -336,3 +336,25 @@ def test_connectors_that_take_no_time_are_no_reason_to_warn(tmp_path: Path) -> N
     options = replace(UNITS, connectors="keep")
     network = read_tntp_network(write(tmp_path, "net.tntp", net(rows, first=2)), options)
     assert "no free-flow time" not in set(network.notes["topic"])
+
+
+@pytest.mark.parametrize(
+    ("crs", "places", "doubt"),
+    [
+        ("EPSG:26771", "-96.77 43.61", "look like degrees"),
+        ("EPSG:26771", "690000 1900000", None),  # Chicago, feet
+        ("EPSG:26771", "690000 -9000000", "outside the area of use of EPSG:26771"),
+        ("EPSG:32633", "500000 9000", None),
+        ("EPSG:4326", "-96.77 43.61", None),
+        ("EPSG:2193", "1500000 5400000", None),  # New Zealand
+    ],
+)
+def test_a_system_that_cannot_be_is_doubted(
+    tmp_path: Path, crs: str, places: str, doubt: str | None
+) -> None:
+    nodes = write(tmp_path, "node.tntp", f"node X Y ;\n1 {places} ;\n2 {places} ;\n")
+    path = write(tmp_path, "net.tntp", net([row(1, 2), row(2, 1)]))
+    notes = read_tntp_network(path, replace(UNITS, crs=crs), nodes=nodes).notes
+    told = notes.loc[notes["topic"] == "doubtful CRS", ["severity", "note"]].to_numpy().tolist()
+    assert [severity for severity, _ in told] == ([] if doubt is None else ["warning"])
+    assert doubt is None or doubt in told[0][1]

@@ -34,10 +34,13 @@ class Coordinates:
         node stands, or the number of its feature in GeoJSON
     crs
         None if unknown
+    doubts
+        why ``crs`` may be the wrong one
     """
 
     table: pd.DataFrame
     crs: str | None
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def read_coordinates(path: Path, options: TntpOptions, faults: Faults) -> Coordi
     if crs.strip().lower() == "none":
         return Coordinates(table, None)
     _add_crs_faults(table, crs, place, faults)
-    return Coordinates(table, crs)
+    return Coordinates(table, crs, () if faults.found else _doubts(table, crs))
 
 
 def _read_tntp(path: Path, faults: Faults) -> tuple[pd.DataFrame, str | None] | None:
@@ -122,6 +125,28 @@ def _add_crs_faults(table: pd.DataFrame, crs: str, place: Place, faults: Faults)
         return
     if geographic:
         _add_degree_faults(table, crs, place, faults)
+
+
+def _doubts(table: pd.DataFrame, crs: str) -> tuple[str, ...]:
+    """What speaks against the system: degrees where it has metres or feet, points off its area."""
+    from pyproj import CRS, Transformer
+
+    system = CRS.from_user_input(crs)
+    degrees = bool(((table["x"].abs() <= 180) & (table["y"].abs() <= 90)).all())
+    if system.is_projected and degrees:
+        return (f"coordinates look like degrees, but {crs} has none: is it {LON_LAT}?",)
+    area = system.area_of_use
+    if area is None:
+        return ()
+    to_degrees = Transformer.from_crs(system, LON_LAT, always_xy=True)
+    x, y = to_degrees.transform(table["x"].to_numpy(), table["y"].to_numpy())
+    # an area of use that crosses the date line has its west beyond its east
+    width = (area.east - area.west) % 360 or 360
+    inside = ((x - area.west) % 360 <= width) & (y >= area.south) & (y <= area.north)
+    outside = int((~inside).sum())
+    if not outside:
+        return ()
+    return (f"{outside} of {len(x)} nodes lie outside the area of use of {crs}: {area.name}",)
 
 
 def _add_degree_faults(table: pd.DataFrame, crs: str, place: Place, faults: Faults) -> None:

@@ -167,6 +167,8 @@ def _with_geometry(
         place = nodes[["x", "y"]].to_numpy(dtype=np.float64)
         nodes = nodes.drop(columns=["x", "y"])
         crs = coordinates.crs
+        for doubt in coordinates.doubts:
+            notes.add("doubtful CRS", doubt, severity="warning", value=crs)
         if crs is None:
             notes.add("no CRS", "coordinates of no known reference system", severity="warning")
     else:
