@@ -358,3 +358,21 @@ def test_a_system_that_cannot_be_is_doubted(
     told = notes.loc[notes["topic"] == "doubtful CRS", ["severity", "note"]].to_numpy().tolist()
     assert [severity for severity, _ in told] == ([] if doubt is None else ["warning"])
     assert doubt is None or doubt in told[0][1]
+
+
+def test_zones_that_share_a_node_are_told(tmp_path: Path) -> None:
+    """In :data:`CENTROIDS` zones 1 and 2 both have a connector to node 5."""
+    path = write(tmp_path, "net.tntp", net(CENTROIDS, zones=2, first=3))
+    network = read_tntp_network(path, UNITS)
+    (value,) = network.notes.loc[network.notes["topic"] == "zones share nodes", "value"]
+    assert value == "1"
+    served = network.nodes.set_index("node_id").loc["5", ["zone_id", "origin_of"]]
+    assert served.tolist() == ["1", "1 2"]
+
+
+def test_a_few_nodes_beyond_the_border_are_no_reason_to_doubt(tmp_path: Path) -> None:
+    text = "node X Y ;\n1 690000 1900000 ;\n2 690000 1900100 ;\n3 690000 -9000000 ;\n"
+    path = write(tmp_path, "net.tntp", net([row(1, 2), row(2, 3), row(3, 1)]))
+    nodes = write(tmp_path, "node.tntp", text)
+    notes = read_tntp_network(path, replace(UNITS, crs="EPSG:26771"), nodes=nodes).notes
+    assert "doubtful CRS" not in set(notes["topic"])

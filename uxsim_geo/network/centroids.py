@@ -110,6 +110,7 @@ def _collapse(
     rest = own[~is_among(own["zone_id"], gone)]
     note = "connectors dropped: trips start and end at the nodes they led to, in even parts"
     notes.add("connectors collapsed", note, element="link", value=int((out | into).sum()))
+    _note_shared_nodes(origins, destinations, notes)
     if len(kept):
         note = "centroids with links to one another were not collapsed"
         notes.add("connectors kept", note, element="node", value=len(kept))
@@ -119,6 +120,19 @@ def _collapse(
         pd.concat([origins, rest]).drop_duplicates(ignore_index=True),
         pd.concat([destinations[["zone_id", "node_id"]], rest]).drop_duplicates(ignore_index=True),
     )
+
+
+def _note_shared_nodes(origins: pd.DataFrame, destinations: pd.DataFrame, notes: Notes) -> None:
+    """Say that zone_id cannot name every zone, where connectors of several led to one node."""
+    pairs = pd.concat([origins, destinations[["zone_id", "node_id"]]]).drop_duplicates()
+    zones = pairs["node_id"].value_counts()
+    shared = int((zones > 1).sum())
+    if shared:
+        note = (
+            "nodes that serve several zones: zone_id names the first of them, "
+            "origin_of and destination_of name all"
+        )
+        notes.add("zones share nodes", note, element="node", value=shared)
 
 
 def zones_of(nodes: pd.Series, pairs: pd.DataFrame) -> pd.Series:

@@ -128,7 +128,7 @@ def _add_crs_faults(table: pd.DataFrame, crs: str, place: Place, faults: Faults)
 
 
 def _doubts(table: pd.DataFrame, crs: str) -> tuple[str, ...]:
-    """What speaks against the system: degrees where it has metres or feet, points off its area."""
+    """What speaks against the system: degrees where it has metres, most points off its area."""
     from pyproj import CRS, Transformer
 
     system = CRS.from_user_input(crs)
@@ -142,11 +142,13 @@ def _doubts(table: pd.DataFrame, crs: str) -> tuple[str, ...]:
     x, y = to_degrees.transform(table["x"].to_numpy(), table["y"].to_numpy())
     # an area of use that crosses the date line has its west beyond its east
     width = (area.east - area.west) % 360 or 360
-    inside = ((x - area.west) % 360 <= width) & (y >= area.south) & (y <= area.north)
+    with np.errstate(invalid="ignore"):  # infinite where the system has no such point
+        inside = ((x - area.west) % 360 <= width) & (y >= area.south) & (y <= area.north)
     outside = int((~inside).sum())
-    if not outside:
+    if 2 * outside <= len(x):  # some just beyond its border do no harm
         return ()
-    return (f"{outside} of {len(x)} nodes lie outside the area of use of {crs}: {area.name}",)
+    where = f"longitude {area.west:g} to {area.east:g}, latitude {area.south:g} to {area.north:g}"
+    return (f"{outside} of {len(x)} nodes lie outside the area of use of {crs} ({where})",)
 
 
 def _add_degree_faults(table: pd.DataFrame, crs: str, place: Place, faults: Faults) -> None:
