@@ -24,6 +24,14 @@ from uxsim_geo.files import replace_when_complete
 #: how the messages of the validator begin
 _SHOULD = re.compile(r"^(Input|Number|String|Tuple) should")
 
+#: what to say in place of messages that speak of Python, by their type
+_PLAINLY = {
+    "model_type": "must be a section (keys and values)",
+    "path_type": "must be the path of a file",
+    "string_pattern_mismatch": "must not be empty, hold other characters, or begin with - or .",
+    "tuple_type": "must be a list, as [a, b]",
+}
+
 
 def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
     """Read a configuration, with ``key.sub=value`` edits in place of what the file says.
@@ -105,9 +113,8 @@ def _fault(details: ErrorDetails, document: YamlSource) -> Fault:
     if details["type"] == "missing":
         lacks = ": a value is missing" if isinstance(details["loc"][-1], int) else " is missing"
         return Fault(f"{dotted}{lacks} ({help_text})", source, line)
-    what = _SHOULD.sub("must", details["msg"].removeprefix("Value error, "))
-    if details["type"] == "string_pattern_mismatch":
-        what = "cannot be used"
+    said = _SHOULD.sub("must", details["msg"].removeprefix("Value error, "))
+    what = _PLAINLY.get(details["type"], said)
     shown = None if isinstance(value, dict | list) else value
     return Fault(f"{dotted}: {what} ({help_text})", source, line, None, shown)
 

@@ -155,8 +155,13 @@ def _range(values: pd.Series[Any]) -> str:
     known = values.dropna()
     if known.empty:
         return "none given"
-    low, high = (f"{number:,.6g}" for number in (float(known.min()), float(known.max())))
+    low, high = map(_rounded, (float(known.min()), float(known.max())))
     return low if low == high else f"{low} to {high}"
+
+
+def _rounded(number: float) -> str:
+    """Three digits, or all before the point where those are more."""
+    return f"{number:,.0f}" if abs(number) >= 100 else f"{number:.3g}"
 
 
 def _zones(nodes: pd.DataFrame) -> str:

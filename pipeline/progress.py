@@ -12,6 +12,7 @@ from pipeline.lines import show
 from uxsim_geo.network.units import KMH
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.progress import Progress as Bar
     from rich.progress import TaskID
 
@@ -54,7 +55,9 @@ class Lines:
         tenths = math.floor(10 * progress.time / progress.duration)
         if tenths > self.tenths_shown:
             self.tenths_shown = tenths
-            self.say(f"  {progress.time:,.0f} of {progress.duration:,.0f} s, {describe(progress)}")
+            self.say(
+                f"  {progress.time:,.0f} of {progress.duration:,.0f} s, vehicles: {describe(progress)}"
+            )
 
 
 class Terminal:
@@ -88,23 +91,29 @@ def watching(*, quiet: bool) -> Iterator[Watch]:
         yield Lines(sys.stderr)
     else:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn
 
-        columns = (
-            TextColumn("simulated {task.completed:,.0f} of {task.total:,.0f} s"),
-            BarColumn(),
-            TextColumn("{task.fields[words]}"),
-        )
-        with Progress(*columns, console=Console(stderr=True)) as bar:
+        with bar_on(Console(stderr=True)) as bar:
             task = bar.add_task("", total=1.0, visible=False, words="")
             yield Terminal(bar, task)
 
 
+def bar_on(console: Console) -> Bar:
+    """Return a bar between the time simulated and the words of :func:`describe`, in 80 columns."""
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    return Progress(
+        TextColumn("{task.completed:,.0f} of {task.total:,.0f} s"),
+        BarColumn(bar_width=10),
+        TextColumn("{task.fields[words]}"),
+        console=console,
+    )
+
+
 def describe(progress: Progress) -> str:
-    """Say how many vehicles are on the road, how fast, and how many have arrived."""
+    """Say how many vehicles are under way, how fast, and how many have arrived."""
     speed = progress.mean_speed
     at_speed = "" if math.isnan(speed) else f" at {KMH * speed:.0f} km/h"
     return (
-        f"{progress.vehicles_running:,} vehicles on the road{at_speed}, "
+        f"{progress.vehicles_running:,} under way{at_speed}, "
         f"{progress.vehicles_completed:,} arrived"
     )

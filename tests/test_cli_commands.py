@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from conftest import REPOSITORY
 from small_run import CONFIG, NET, TRIPS, write_small_run
@@ -364,6 +365,14 @@ def test_inspect_says_that_a_manifest_is_damaged(
     (finished / "manifest.json").write_text("{")
     assert main(["inspect", str(finished)]) == 0
     assert "manifest.json is damaged" in capsys.readouterr().out
+
+
+def test_inspect_rounds_but_keeps_what_stands_before_the_point(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pd.DataFrame({"a": [0.123456, 12345.678]}).to_parquet(finished / "some.parquet")
+    assert main(["inspect", str(finished / "some.parquet")]) == 0
+    assert "0.123 to 12,346" in capsys.readouterr().out
 
 
 def test_inspect_counts_zones_and_their_nodes(

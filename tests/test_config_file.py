@@ -163,6 +163,9 @@ def test_edit_counts_a_single_entry_as_a_list_of_one(tmp_path: Path) -> None:
         ("=3", "must have the form key.sub=value"),
         ("name.sub=3", "name is a single value"),
         ("simulate.duration_s=soon", "simulate.duration_s: must be a valid number"),
+        ("simulate=5", "simulate: must be a section (keys and values)"),
+        ("ingest.net=3", "ingest.net: must be the path of a file"),
+        ("report.outputs=mfd", "report.outputs: must be a list, as [a, b]"),
         ("simulate.seeed=3", "did you mean simulate.seed?"),
         ("ingest.trips.profile=[[600]]", "ingest.trips.profile: a value is missing"),
         ("report.start=0001-01-01T00:00:00+02:00", "must lie in the years 1 to 9999"),
@@ -196,7 +199,7 @@ def test_start_keeps_its_instant_in_any_zone(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["../up", "a/b", "", ".hidden"])
 def test_name_must_be_fit_for_a_folder(tmp_path: Path, name: str) -> None:
-    assert "name: cannot be used" in only_fault(tmp_path, CONFIG, f"name='{name}'")
+    assert "name: must not be empty, hold" in only_fault(tmp_path, CONFIG, f"name='{name}'")
 
 
 @pytest.mark.parametrize("path", sorted((REPOSITORY / "configs").glob("*.yaml")), ids=str)

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import json
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
+from rich.text import Text
 from small_run import write_small_run
 
 from pipeline import ingest, report, simulate
 from pipeline.config_file import load_config
-from pipeline.progress import Silence
+from pipeline.progress import Silence, Terminal, bar_on
 from pipeline.runs import RunFolder
 from pipeline.stages import Run, Stage, Task
 from pipeline.verification import verify_run
 from uxsim_geo.errors import InputError
+from uxsim_geo.result import Progress
 
 STAGES = (ingest.STAGE, simulate.STAGE, report.STAGE)
 
@@ -60,6 +64,18 @@ def done(tmp_path: Path) -> Path:
     write_small_run(tmp_path)
     assert execute(tmp_path) == ["ingest", "simulate", "report"]
     return tmp_path
+
+
+def test_progress_fits_a_line_of_80_columns() -> None:
+    console = Console(width=80, file=StringIO(), force_terminal=True)
+    bar = bar_on(console)
+    task = bar.add_task("", words="")
+    Terminal(bar, task).simulated(Progress(43_200.0, 86_400.0, 123_456, 234_567, 27.8))
+    console.print(bar.get_renderable())
+    (line,) = Text.from_ansi(console.file.getvalue()).plain.splitlines()
+    assert line.startswith("43,200 of 86,400 s")
+    assert line.rstrip().endswith("123,456 under way at 100 km/h, 234,567 arrived")
+    assert len(line) <= 80
 
 
 def test_nothing_changed_nothing_done(done: Path) -> None:
