@@ -105,7 +105,7 @@ def test_a_narrow_map_does_not_carry_a_tower() -> None:
     assert points[:, 2].max() == pytest.approx(scenes.LEAST_HEIGHT)
 
 
-def test_a_ribbon_that_floats_has_a_foot() -> None:
+def test_a_ribbon_that_floats_has_a_foot(monkeypatch: pytest.MonkeyPatch) -> None:
     network = two_way_road()
     states = states_with_a_queue(network)
     assert space_time_scene(network, states, "t")["feet"].shape == (0, 2, 3)
@@ -115,6 +115,8 @@ def test_a_ribbon_that_floats_has_a_foot() -> None:
     corners = scene["points"].reshape(-1, 4, 3)[0]
     assert foot[:, :2] == pytest.approx(np.tile(corners[:2, :2].mean(axis=0), (2, 1)))
     assert foot[:, 2] == pytest.approx([0, scenes.HEIGHT / 2])
+    monkeypatch.setattr(scenes, "MOST_FEET", 0)
+    assert space_time_scene(network, late, "t")["feet"].shape == (0, 2, 3)
 
 
 def test_of_many_slow_states_the_slowest_and_fullest_are_drawn(

@@ -22,6 +22,7 @@ BESIDE = 0.003  # how far a link stands to the right of its road, as a part of t
 TICK_MINUTES = (1, 2, 5, 10, 15, 20, 30, 60, 120, 180, 240, 360, 720, 1440)
 OPACITIES = (1.0, 1.0, 0.9, 0.3, 0.05)  # of the classes of speed: free traffic hides no queue
 CROWD = 500  # of more ribbons each is paler, so that those behind show
+MOST_FEET = 300  # more lines under ribbons would be a thicket
 FAINT = 0.06  # opacities up to here draw no attention
 SPARSE = 0.03  # of jam density: states below fade, since a few vehicles are no queue
 
@@ -38,7 +39,7 @@ def space_time_scene(network: Network, states: pd.DataFrame, title: str) -> dict
         there were more than a few vehicles
     feet
         lines (n, 2, 3) from the ground up to the lowest ribbon of each link that is not faint,
-        where that floats; none among a crowd of ribbons
+        where that floats; none if they would be a thicket
     segments, label_points, labels
         the time axis, and with a CRS the scale bar and north: lines (n, 2, 3), texts at (n, 3)
     ground, colours, title, subtitle, speed_title
@@ -57,7 +58,7 @@ def space_time_scene(network: Network, states: pd.DataFrame, title: str) -> dict
     opacity = _opacity(percent, weight)
     crowd = int(np.count_nonzero(opacity[chosen] > FAINT))
     opacity *= (CROWD / max(crowd, CROWD)) ** 0.5
-    seen = state[opacity[state] > FAINT] if len(state) <= CROWD else state[:0]
+    seen = state[opacity[state] > FAINT]
     return {
         "title": title,
         "subtitle": _subtitle(percent, len(np.unique(state))),
@@ -178,6 +179,8 @@ def _feet(pieces: _Pieces, state: Integers, heights: Floats) -> Floats:
     links, first = np.unique(link, return_index=True)  # states of a link stand in order of time
     top = heights[first, 0]
     links, top = links[top > 0], top[top > 0]
+    if len(links) > MOST_FEET:
+        return np.empty((0, 2, 3))
     middle = (pieces.first[links] + pieces.first[links + 1] - 1) // 2
     xy = (pieces.begin[middle] + pieces.end[middle]) / 2
     ends = [np.column_stack([xy, np.zeros(len(xy))]), np.column_stack([xy, top])]
