@@ -55,9 +55,8 @@ class Lines:
         tenths = math.floor(10 * progress.time / progress.duration)
         if tenths > self.tenths_shown:
             self.tenths_shown = tenths
-            self.say(
-                f"  {progress.time:,.0f} of {progress.duration:,.0f} s, vehicles: {describe(progress)}"
-            )
+            so_far = f"{progress.time:,.0f} of {progress.duration:,.0f} s"
+            self.say(f"  {so_far}, vehicles: {describe(progress)}")
 
 
 class Terminal:
