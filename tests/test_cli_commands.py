@@ -174,7 +174,7 @@ def test_folder_in_place_of_a_configuration(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", str(tmp_path)]) == 2
-    assert "directory" in capsys.readouterr().err
+    assert "folder" in capsys.readouterr().err
 
 
 def test_file_in_the_way_of_the_run_folder(

@@ -21,10 +21,10 @@ from newell_link import events_of, network_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
-from uxsim_geo.engine.arrays import diagram_capacity
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.geopackage import RunDescription, write_geopackage
 from uxsim_geo.export.layers import link_times_layer, links_layer
+from uxsim_geo.network.diagram import diagram_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -153,7 +153,7 @@ def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path)
     tabled = links_layer(network, states, settings.reaction_time)["effective_capacity_vph"]
     # one lane: 20 m/s x 0.2 veh/m / (1 + 20 x 1.5 x 0.2) = 4/7 veh/s
     assert tabled.tolist() == pytest.approx([3600 * 4 / 7, 1800, 3600 * 8 / 7])
-    diagram = diagram_capacity(network.links, settings)
+    diagram = diagram_capacity(network.links, settings.reaction_time)
     assert (tabled / 3600).tolist() == pytest.approx(np.fmin(network.links["capacity"], diagram))
     path = tmp_path / "results.gpkg"
     for information in ({}, {"reaction_time_s": 1.5}):

@@ -197,7 +197,7 @@ def bad_files(folder: Path) -> dict[str, tuple[Path, str]]:
     (folder / "zeros").write_bytes(bytes(100))
     return {
         "missing": (folder / "nowhere", "no such file"),
-        "a directory": (folder / "folder", "is a directory"),
+        "a directory": (folder / "folder", "is a folder"),
         "binary": (folder / "binary", r"not a text file in UTF-8 \(byte 0x89\)"),
         "zero bytes": (folder / "zeros", "binary file"),
         "empty": (write(folder, "empty", ""), "is empty"),

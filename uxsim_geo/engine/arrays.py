@@ -14,6 +14,7 @@ from uxsim_geo.demand.platoons import Floats, Ints, Platoons
 from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
 from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
+from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -76,15 +77,6 @@ def build_world(
     return world, row_of_link
 
 
-def diagram_capacity(links: pd.DataFrame, settings: Settings) -> Floats:
-    """Q = m u κ / (1 + u τ κ) of every link, veh/s: the top of the triangular diagram."""
-    speed, lanes, density = (
-        links[name].to_numpy(np.float64) for name in ("free_speed", "lanes", "jam_density")
-    )
-    capacity: Floats = lanes * speed * density / (1 + speed * settings.reaction_time * density)
-    return capacity
-
-
 def _roads(links: pd.DataFrame, starts: Ints, settings: Settings) -> Records:
     road = np.zeros(len(links), records.ROAD)
     lanes = links["lanes"].to_numpy(np.float64)
@@ -102,14 +94,13 @@ def _queues(
     """Make the queues of links and origins, empty."""
     count = len(links)
     queue = np.zeros(count + origins.size, records.QUEUE)
-    given = links["capacity"].to_numpy(np.float64)
-    capacity = np.fmin(given, diagram_capacity(links, settings))
     link = queue[:count]
     link["free_time"] = road["length"] / road["free_speed"]
     link["hole_time"] = (
         road["length"] * settings.reaction_time * links["jam_density"].to_numpy(np.float64)
     )
-    link["entry_headway"] = link["exit_headway"] = 1.0 / capacity
+    headway = 1.0 / effective_capacity(links, settings.reaction_time)
+    link["entry_headway"] = link["exit_headway"] = headway
     link["storage"] = np.maximum(settings.platoon_size, road["length"] / road["spacing"])
     link["merge_priority"] = links["merge_priority"]
     link["key"] = text_keys(links["link_id"].astype(str))

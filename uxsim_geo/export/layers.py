@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.link_states import link_totals
+from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import NODE_COLUMNS, NOTE_COLUMNS, Network
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
 
@@ -87,12 +88,10 @@ def run_info_layer(information: Mapping[str, object]) -> pd.DataFrame:
 
 
 def _effective_capacity(links: pd.DataFrame, reaction_time: float | None) -> pd.Series:
-    """The lower of the given capacity and Q = m u κ / (1 + u τ κ), veh/s; null without τ."""
+    """The capacity that holds, veh/s; null where the reaction time is not known."""
     if reaction_time is None:
         return pd.Series(np.nan, index=links.index)
-    lane_density = links["free_speed"] * links["jam_density"]
-    diagram = links["lanes"] * lane_density / (1 + reaction_time * lane_density)
-    return pd.Series(np.fmin(links["capacity"].astype(float), diagram), index=links.index)
+    return pd.Series(effective_capacity(links, reaction_time), index=links.index)
 
 
 def _add_speed_and_delay(layer: pd.DataFrame, figures: pd.DataFrame, links: pd.DataFrame) -> None:

@@ -43,7 +43,7 @@ def read_bytes(path: Path, faults: Faults) -> bytes | None:
     except FileNotFoundError:
         faults.add("there is no such file")
     except IsADirectoryError:
-        faults.add("is a directory, a file was expected")
+        faults.add("is a folder, a file was expected")
     except (OSError, ValueError) as error:
         faults.add(f"cannot be read: {error}")
     return None

@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.network.check import PLACEHOLDER
+from uxsim_geo.network.diagram import diagram_capacity
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.placeholders import is_copy
 from uxsim_geo.network.rows import is_among, whole_where_possible
@@ -243,8 +244,7 @@ def _capacity(known: Conversion, lanes: np.ndarray) -> np.ndarray:
 
 
 def _note_capacity_above_diagram(links: pd.DataFrame, notes: Notes) -> None:
-    density = links["jam_density"] * links["free_speed"]
-    carried = links["lanes"] * density / (1.0 + density * REACTION_TIME)
+    carried = diagram_capacity(links, REACTION_TIME)
     above = int((links["capacity"] > carried * (1.0 + 1e-9)).sum())
     if above:
         notes.add(
