@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+from small_run import run_small, write_small_run
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 
@@ -17,3 +18,12 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip("the folder of measured networks is not here (set UXSIM_GEO_SHARED)")
     return folder
+
+
+@pytest.fixture
+def finished(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    """A finished run: its folder."""
+    write_small_run(tmp_path)
+    assert run_small(tmp_path) == 0
+    capsys.readouterr()
+    return tmp_path / "runs" / "small"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pipeline.cli import main
+
 NET = """<NUMBER OF ZONES> 2
 <NUMBER OF NODES> 4
 <FIRST THRU NODE> 1
@@ -51,3 +53,8 @@ def write_small_run(folder: Path, config: str = CONFIG) -> Path:
     path = folder / "small.yaml"
     path.write_text(config, encoding="utf-8")
     return path
+
+
+def run_small(folder: Path, *options: str, command: str = "run") -> int:
+    """Run the configuration in a folder, with its results below it; gives the exit status."""
+    return main([command, str(folder / "small.yaml"), "--out", str(folder / "runs"), *options])

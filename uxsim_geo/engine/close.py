@@ -11,7 +11,8 @@ from uxsim_geo.engine.records import World, kernel
 @kernel
 def finish_run(w: World):
     """End a run; False: the buffer of events is full, call again once it has room."""
-    find_locked(w)
+    if w.links.clock[0]["swept"] == 0:  # not when called again
+        find_locked(w)
     return write_remaining(w)
 
 

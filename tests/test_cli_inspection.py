@@ -1,0 +1,111 @@
+"""What `verify` and `inspect` say of a run, a network or a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from small_run import run_small, write_small_run
+
+from pipeline.cli import main
+
+
+def test_verify_finds_a_changed_byte(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(finished)]) == 0
+    path = finished / "events.parquet"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+    assert main(["verify", str(finished)]) == 1
+    assert "events.parquet: is not what the run wrote" in capsys.readouterr().err
+
+
+def test_verify_finds_missing_and_unknown_files(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "summary.json").unlink()
+    (finished / "strange.txt").write_text("?")
+    assert main(["verify", str(finished)]) == 1
+    shown = capsys.readouterr()
+    assert "summary.json: is missing" in shown.err
+    assert "strange.txt" in shown.out
+
+
+def test_verify_mentions_a_source_that_has_changed(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trips = finished.parents[1] / "trips.tntp"
+    trips.write_text(trips.read_text().replace("100.0", "50.0"))
+    assert main(["verify", str(finished)]) == 0
+    assert "trips.tntp: has changed since" in capsys.readouterr().out
+
+
+def test_verify_needs_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(tmp_path)]) == 2
+    assert "manifest.json" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("", ["run small", "vehicles completed", "links"]),
+        ("network", ["free speed", "72", "km/h", "CRS"]),
+        ("results.gpkg", ["link_states", "link_times", "rows"]),
+        ("events.parquet", ["60 rows", "exit_s", "float64"]),
+    ],
+)
+def test_inspect_shows_a_screenful(
+    finished: Path, capsys: pytest.CaptureFixture[str], name: str, expected: list[str]
+) -> None:
+    assert main(["inspect", str(finished / name)]) == 0
+    shown = capsys.readouterr().out
+    assert all(word in shown for word in expected)
+    assert len(shown.splitlines()) <= 50
+
+
+def test_inspect_says_that_a_manifest_is_damaged(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "manifest.json").write_text("{")
+    assert main(["inspect", str(finished)]) == 0
+    assert "manifest.json is damaged" in capsys.readouterr().out
+
+
+def test_inspect_rounds_but_keeps_what_stands_before_the_point(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pd.DataFrame({"a": [0.123456, 12345.678]}).to_parquet(finished / "some.parquet")
+    assert main(["inspect", str(finished / "some.parquet")]) == 0
+    assert "0.123 to 12,346" in capsys.readouterr().out
+
+
+def test_inspect_counts_zones_and_their_nodes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_run(tmp_path)
+    net = tmp_path / "net.tntp"
+    # zones 1 and 2 become centroids of one street: both are loaded at nodes 3 and 4
+    text = net.read_text().replace("THRU NODE> 1", "THRU NODE> 3").replace("LINKS> 3", "LINKS> 5")
+    net.write_text(text + " 2 3 1800 0 0 0.15 4 0 0 1 ;\n 4 1 1800 0 0 0.15 4 0 0 1 ;\n")
+    assert run_small(tmp_path, "--quiet", command="ingest") == 0
+    assert main(["inspect", str(tmp_path / "runs/small/network")]) == 0
+    assert "2 of them carry 2 zones" in capsys.readouterr().out
+
+
+def test_inspect_names_what_a_network_lacks(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "network/links.parquet").write_bytes((finished / "events.parquet").read_bytes())
+    assert main(["inspect", str(finished / "network")]) == 2
+    assert "lacks the column length" in capsys.readouterr().err
+
+
+def test_inspect_refuses_what_it_does_not_know(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "other.gpkg").write_bytes(b"no database")
+    (finished / "other.parquet").write_bytes(b"no table")
+    for name in ("other.gpkg", "other.parquet", "summary.json"):
+        assert main(["inspect", str(finished / name)]) == 2
+        assert capsys.readouterr().err.startswith("error: ")
