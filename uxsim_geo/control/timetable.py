@@ -1,0 +1,48 @@
+"""Values that change with the time of day."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+
+from uxsim_geo.errors import Faults
+
+#: a value for all times, or pairs (from when on in s, value)
+Timetable = float | Sequence[tuple[float, float]]
+
+
+def steps_of(timetable: Timetable) -> list[tuple[float, float]]:
+    """Return pairs (from when on, value)."""
+    if isinstance(timetable, int | float):
+        return [(0.0, float(timetable))]
+    return [(float(time), float(value)) for time, value in timetable]
+
+
+def value_at(timetable: Timetable, time: float) -> float:
+    """Return the value in force at a time; before the first pair, that of the first."""
+    steps = steps_of(timetable)
+    return steps[max(bisect_right(steps, (time, math.inf)) - 1, 0)][1]
+
+
+def moments_of(timetable: Timetable) -> tuple[float, ...]:
+    """Return the times at which it changes."""
+    return tuple(time for time, _ in steps_of(timetable))[1:]
+
+
+def check_timetable(timetable: Timetable, name: str, duration: float, faults: Faults) -> None:
+    """Note times out of order or beyond the end, and values that are no number of 0 or more."""
+    steps = steps_of(timetable)
+    if not steps:
+        faults.add("needs a value, or pairs [from_s, value]", column=name)
+    times = [time for time, _ in steps]
+    if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+        faults.add("its times must rise", column=name, value=times)
+    for time, value in steps:
+        if not 0 <= time < math.inf:
+            faults.add("must be a finite time of 0 s or more", column=name, value=time)
+        elif time >= duration:
+            what = f"changes when the simulation is over, which ends at {duration:g} s"
+            faults.add(what, column=name, value=time)
+        if not 0 <= value < math.inf:
+            faults.add("must be a finite number of 0 or more", column=name, value=value)
