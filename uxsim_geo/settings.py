@@ -31,6 +31,21 @@ class Settings:
         link times are multiplied by 1 + noise·U(0, 1) at every update
     seed
         of every draw; the same seed gives the same bytes
+    route_choice
+        ``inertia``: B follows the trees as above; ``logit``: at every node the out-links that lead
+        nearer are chosen with probability ∝ exp(−(cost over that link) / logit_spread), by the
+        costs of the last update alone
+    logit_spread
+        s; a route that costs so much more is chosen 1/e times as often
+    route_update_gradual
+        ten times as many updates that together weigh the same, so that routes change in small
+        steps
+    no_cycles
+        nobody drives to a node where it has been before, unless there is no other way
+    deterministic
+        no draws: departures lie in the middle of their share, the out-link of the greatest weight
+        is chosen, competing links are served in turn by their merge priorities, and times are
+        without noise
     demand_rounding
         ``conserve`` keeps every vehicle (the last platoon of a pair may be smaller), ``truncate``
         cuts every demand row to whole platoons
@@ -44,6 +59,11 @@ class Settings:
     route_noise: float = 0.01
     seed: int = 0
     demand_rounding: Literal["conserve", "truncate"] = "conserve"
+    route_choice: Literal["inertia", "logit"] = "inertia"
+    logit_spread: float = 60.0
+    route_update_gradual: bool = False
+    no_cycles: bool = False
+    deterministic: bool = False
 
     @property
     def step(self) -> float:
@@ -62,15 +82,30 @@ class Settings:
             faults.add("must lie between 0 and 1", column="route_update_weight", value=weight)
         if not 0 <= self.route_noise < float("inf"):
             faults.add("must be 0 or more", column="route_noise", value=self.route_noise)
-        if self.demand_rounding not in ("conserve", "truncate"):
-            rounding = self.demand_rounding
-            faults.add("must be conserve or truncate", column="demand_rounding", value=rounding)
+        self._add_choice_faults(faults)
         if not isinstance(self.seed, int) or not 0 <= self.seed < 2**63:
             faults.add("must be a whole number from 0 to 2^63 - 1", column="seed", value=self.seed)
         faults.raise_if_any()
 
+    def _add_choice_faults(self, faults: Faults) -> None:
+        for name, known in (
+            ("demand_rounding", ("conserve", "truncate")),
+            ("route_choice", ("inertia", "logit")),
+        ):
+            if getattr(self, name) not in known:
+                faults.add(f"must be {' or '.join(known)}", column=name, value=getattr(self, name))
+        for name in ("route_update_gradual", "no_cycles", "deterministic"):
+            if not isinstance(getattr(self, name), bool):
+                faults.add("must be true or false", column=name, value=getattr(self, name))
+
     def _add_range_faults(self, faults: Faults) -> None:
-        for name in ("duration", "platoon_size", "reaction_time", "route_update_interval"):
+        for name in (
+            "duration",
+            "platoon_size",
+            "reaction_time",
+            "route_update_interval",
+            "logit_spread",
+        ):
             value = getattr(self, name)
             smallest, largest = SMALLEST.get(name, 0.0), LARGEST.get(name, float("inf"))
             if not (0 < value < float("inf")):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -103,13 +105,14 @@ QUANTITIES: tuple[str, ...] = Levers.__slots__
 NODE_QUANTITIES = ("node_capacity", "phase", "plan")
 CLASS_QUANTITIES = ("banned", "advice")
 
-_LIMITS = {
+#: by quantity: what is good, and what to say of the rest
+_LIMITS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "exit_capacity": (lambda x: x >= 0, "must be 0 or more, veh/s"),
     "entry_capacity": (lambda x: x >= 0, "must be 0 or more, veh/s"),
     "speed_limit": (lambda x: (x > 0) & (x < np.inf), "must be a finite number above 0, m/s"),
     "merge_priority": (lambda x: (x > 0) & (x < np.inf), "must be a finite number above 0"),
     "toll": (lambda x: (x >= 0) & (x < np.inf), "must be a finite number of 0 or more"),
-    "advice": (lambda x: np.isfinite(x), "must be a finite number of seconds"),
+    "advice": (np.isfinite, "must be a finite number of seconds"),
     "node_capacity": (lambda x: x >= 0, "must be 0 or more, veh/s"),
     "phase": (lambda x: x >= -1, "must be a phase, or -1"),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import pairwise
 
 from uxsim_geo.errors import Faults
 
@@ -36,7 +37,7 @@ def check_timetable(timetable: Timetable, name: str, duration: float, faults: Fa
     if not steps:
         faults.add("needs a value, or pairs [from_s, value]", column=name)
     times = [time for time, _ in steps]
-    if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+    if any(later <= earlier for earlier, later in pairwise(times)):
         faults.add("its times must rise", column=name, value=times)
     for time, value in steps:
         if not 0 <= time < math.inf:

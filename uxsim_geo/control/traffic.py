@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +13,19 @@ from uxsim_geo.control.site import Site
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+_SLOWEST = 0.01  # of the speed limit: what a link counts at least where all stand
 
+
+@dataclass(frozen=True)
+class Counts:
+    """Vehicles that have entered and left every link since the start, at one time."""
+
+    time: float
+    entered: Floats
+    left: Floats
+
+
+@dataclass(frozen=True)
 class Traffic:
     """The state of the network at one moment. Links and nodes stand in the order of their tables.
 
@@ -20,42 +33,32 @@ class Traffic:
         ids, lengths and the rest that does not change, and where each id stands
     time
         s after the start
-    elapsed
-        s since this control was called last; 0 at its first call
-    count
-        (links,) vehicles on the link
-    queue
-        (links,) vehicles on the link that stand
+    count, queue
+        (links,) vehicles on the link; those of them that stand
+    speed_limit
+        (links,) m/s, in force now
     waiting
         (nodes,) vehicles that have left home and wait to enter the network at this node
     phase
         (nodes,) of the signal plan in force, counted from 0; -1: all red, or no signal
-    entered, left
-        (links,) vehicles since the start of the simulation
+    totals, before
+        vehicles that have entered and left the links, now and when this control was called last
     """
 
-    def __init__(self, site: Site, time: float, arrays: dict[str, Floats | Ints]) -> None:
-        for array in arrays.values():
-            array.flags.writeable = False
-        self.site = site
-        self.time = time
-        self.count: Floats = arrays["count"]
-        self.queue: Floats = arrays["queue"]
-        self.entered: Floats = arrays["entered"]
-        self.left: Floats = arrays["left"]
-        self.waiting: Floats = arrays["waiting"]
-        self.phase: Ints = arrays["phase"]
-        self._speed_limit: Floats = arrays["speed_limit"]
-        self._before: Traffic = self
-
-    def since(self, before: Traffic | None) -> Traffic:
-        """Return the same state with flows counted from an earlier one."""
-        self._before = before or self
-        return self
+    site: Site
+    time: float
+    count: Floats
+    queue: Floats
+    speed_limit: Floats
+    waiting: Floats
+    phase: Ints
+    totals: Counts
+    before: Counts
 
     @property
     def elapsed(self) -> float:
-        return self.time - self._before.time
+        """Time since this control was called last, s; 0 at its first call."""
+        return self.totals.time - self.before.time
 
     @cached_property
     def queue_length(self) -> Floats:
@@ -75,25 +78,28 @@ class Traffic:
 
     @cached_property
     def speed(self) -> Floats:
-        """(links,) m/s, mean of the vehicles on the link; its free speed where there are none."""
+        """(links,) m/s, mean of the vehicles on the link; the speed limit where there are none."""
         moving = self.count - self.queue
         share = np.divide(moving, self.count, out=np.ones_like(moving), where=self.count > 0)
-        return _fixed(self._speed_limit * share)
+        return _fixed(self.speed_limit * share)
 
     @cached_property
     def travel_time(self) -> Floats:
-        """(links,) s, instantaneous: length over mean speed, which counts 1 % of free at least."""
-        return _fixed(self.site.length / np.maximum(self.speed, 0.01 * self._speed_limit))
+        """(links,) s, instantaneous: length over mean speed, that being 1 % of free at least."""
+        return _fixed(self.site.length / np.maximum(self.speed, _SLOWEST * self.speed_limit))
 
-    @property
+    @cached_property
     def inflow(self) -> Floats:
         """(links,) veh/s that have entered since this control was called last."""
-        return _fixed((self.entered - self._before.entered) / max(self.elapsed, 1e-9))
+        return _fixed(self._per_second(self.totals.entered - self.before.entered))
 
-    @property
+    @cached_property
     def outflow(self) -> Floats:
         """(links,) veh/s that have left since this control was called last."""
-        return _fixed((self.left - self._before.left) / max(self.elapsed, 1e-9))
+        return _fixed(self._per_second(self.totals.left - self.before.left))
+
+    def _per_second(self, vehicles: Floats) -> Floats:
+        return vehicles / self.elapsed if self.elapsed > 0 else np.zeros_like(vehicles)
 
 
 def _fixed(array: Floats) -> Floats:

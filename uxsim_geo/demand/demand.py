@@ -9,6 +9,9 @@ import pandas as pd
 #: columns of the demand table, in their order
 DEMAND_COLUMNS = ("origin", "destination", "start_s", "end_s", "vehicles")
 
+#: of drivers, where demand names none
+DEFAULT_CLASS = "default"
+
 
 @dataclass(frozen=True)
 class Demand:
@@ -17,6 +20,8 @@ class Demand:
     table
         origin, destination (node_id, text), start_s, end_s (s after the start; departures spread
         evenly over [start_s, end_s)), vehicles (a real number, > 0). A pair may have many rows.
+        Two more columns may be there: class (of drivers, text; null: the default) and route (the
+        link_ids from origin to destination that all of the row drive; null: they choose).
     notes
         what was dropped or assumed, as in :class:`uxsim_geo.network.network.Network`.
     """

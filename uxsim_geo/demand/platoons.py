@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.demand.demand import Demand
+from uxsim_geo.demand.demand import DEFAULT_CLASS, Demand
 from uxsim_geo.demand.rounding import round_keeping_totals
 from uxsim_geo.draws import DEPARTURE, Keys, combine, text_keys, unit
 from uxsim_geo.settings import Settings
@@ -21,13 +22,19 @@ Ints = npt.NDArray[np.int64]
 class Platoons:
     """Platoons in the order of their departure; all arrays have the shape (platoons,).
 
-    ``origin`` and ``destination`` are positions in ``node_ids``; ``number`` counts the platoons of
-    a pair from 0; ``depart`` in s; ``key`` is the random identity: seed, pair and number.
+    ``origin`` and ``destination`` are positions in ``node_ids``, ``driver_class`` in
+    ``class_names`` and ``route`` in ``routes`` (-1: chosen on the way); ``number`` counts the
+    platoons of a pair and class from 0; ``depart`` in s; ``key`` is the random identity: seed,
+    pair, class and number.
     """
 
     node_ids: npt.NDArray[np.object_]
+    class_names: tuple[str, ...]
+    routes: tuple[tuple[str, ...], ...]
     origin: Ints
     destination: Ints
+    driver_class: Ints
+    route: Ints
     number: Ints
     depart: Floats
     vehicles: Ints
@@ -35,7 +42,9 @@ class Platoons:
 
 
 @np.errstate(over="ignore")  # hashes overflow by design
-def make_platoons(demand: Demand, settings: Settings) -> Platoons:
+def make_platoons(
+    demand: Demand, settings: Settings, taken: Mapping[tuple[str, str, str], int] | None = None
+) -> Platoons:
     """Cut a demand into platoons of Δn vehicles.
 
     ``conserve``: every pair gets a whole number of vehicles such that the totals of all origins
@@ -43,44 +52,157 @@ def make_platoons(demand: Demand, settings: Settings) -> Platoons:
     random moment of its own share of the pair's demand over time, so departures follow the
     profile at any number of platoons. ``truncate``: every row of the demand is cut to whole
     platoons, and each departs when its last vehicle has accumulated, as in UXsim.
+
+    ``taken`` numbers of platoons are in use already, by origin, destination and class.
     """
-    table = demand.table
-    codes, node_ids = pd.factorize(
-        np.concatenate([table["origin"].to_numpy(object), table["destination"].to_numpy(object)])
-    )
-    origin, destination = np.split(codes.astype(np.int64), 2)
-    pair, pair_of_row = np.unique(np.stack([origin, destination]), axis=1, return_inverse=True)
-    node_keys = combine(np.uint64(settings.seed), text_keys(node_ids))
-    pair_keys = combine(node_keys[pair[0]], node_keys[pair[1]])
-    rows = Slices.of(table, pair_of_row.reshape(-1))
+    ends = _Ends.of(demand.table)
+    kinds = _Kinds.of(ends)
+    pair_keys = _pair_keys(settings.seed, ends, kinds)
+    rows = Slices.of(demand.table, kinds.group_of_row)
     if settings.demand_rounding == "conserve":
-        totals = weighted_counts(rows.group, rows.vehicles, pair.shape[1])
-        whole = round_keeping_totals(totals, pair[0], pair[1], pair_keys)
-        pair_of_group = np.arange(whole.size)
+        totals = weighted_counts(rows.group, rows.vehicles, kinds.pair.size)
+        keys = combine(pair_keys[kinds.pair], kinds.route.astype(np.uint64))
+        keys = np.where(kinds.route < 0, pair_keys[kinds.pair], keys)
+        whole = round_keeping_totals(
+            totals, kinds.origin[kinds.pair], kinds.destination[kinds.pair], keys
+        )
+        kind_of_group = np.arange(whole.size)
     else:
-        totals, pair_of_group = rows.vehicles, rows.group
+        totals, kind_of_group = rows.vehicles, rows.group
         whole = settings.platoon_size * _full_platoons(totals, settings.platoon_size)
         rows = Slices(np.arange(whole.size), rows.start, rows.end, rows.vehicles)
     group, before, vehicles = _cut(whole, settings.platoon_size)
-    pair_of_platoon = pair_of_group[group]
-    number = _count_within(pair_of_platoon)
-    key = combine(pair_keys[pair_of_platoon], number.astype(np.uint64))
+    kind = kind_of_group[group]
+    pair = kinds.pair[kind]
+    number = _count_within(pair) + _numbers_taken(ends, kinds, taken)[pair]
+    key = combine(pair_keys[pair], number.astype(np.uint64))
     if settings.demand_rounding == "conserve":
-        share = (before + vehicles * unit(combine(key, DEPARTURE))) / whole[group]
+        chance = 0.5 if settings.deterministic else unit(combine(key, DEPARTURE))
+        share = (before + vehicles * chance) / whole[group]
     else:
         share = (before + vehicles) / totals[group]
     depart = rows.moments(group, share)
-    order = np.lexsort((number, pair_of_platoon, depart))
-    pair_of_platoon = pair_of_platoon[order]
+    order = np.lexsort((number, pair, depart))
+    pair = pair[order]
     return Platoons(
-        node_ids=node_ids,
-        origin=pair[0][pair_of_platoon],
-        destination=pair[1][pair_of_platoon],
+        node_ids=ends.node_ids,
+        class_names=ends.class_names,
+        routes=ends.routes,
+        origin=kinds.origin[pair],
+        destination=kinds.destination[pair],
+        driver_class=kinds.driver_class[pair],
+        route=kinds.route[kind[order]],
         number=number[order],
         depart=depart[order],
         vehicles=vehicles[order],
         key=key[order],
     )
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Nodes, classes and routes of a demand by number, in the order in which they occur."""
+
+    node_ids: npt.NDArray[np.object_]
+    class_names: tuple[str, ...]
+    routes: tuple[tuple[str, ...], ...]
+    origin: Ints  # (rows,), as all below
+    destination: Ints
+    driver_class: Ints
+    route: Ints
+
+    @classmethod
+    def of(cls, table: pd.DataFrame) -> _Ends:
+        names = [table[name].to_numpy(object) for name in ("origin", "destination")]
+        codes, node_ids = pd.factorize(np.concatenate(names))
+        origin, destination = np.split(codes.astype(np.int64), 2)
+        classes = class_of_rows(table)
+        class_code, class_names = pd.factorize(classes)
+        route_code, routes = pd.factorize(_routes_of_rows(table))
+        return cls(
+            node_ids=node_ids,
+            class_names=tuple(class_names),
+            routes=tuple(routes),
+            origin=origin,
+            destination=destination,
+            driver_class=class_code.astype(np.int64),
+            route=route_code.astype(np.int64),
+        )
+
+
+def class_of_rows(table: pd.DataFrame) -> npt.NDArray[np.object_]:
+    """Return the class of drivers of every row of a demand table."""
+    if "class" not in table:
+        return np.full(len(table), DEFAULT_CLASS, object)
+    return table["class"].astype(object).where(table["class"].notna(), DEFAULT_CLASS).to_numpy()
+
+
+def _routes_of_rows(table: pd.DataFrame) -> npt.NDArray[np.object_]:
+    """Return the route of every row, a tuple of link_ids; None where they choose."""
+    routes = np.full(len(table), None, object)
+    for row, route in enumerate(table.get("route", ())):
+        if isinstance(route, list | tuple | np.ndarray):
+            routes[row] = tuple(str(link) for link in route)
+    return routes
+
+
+@dataclass(frozen=True)
+class _Kinds:
+    """Rows that are cut into platoons together: of one pair and class, and of one route.
+
+    origin, destination, driver_class
+        (pairs,)
+    pair, route
+        (groups,); -1: no route is given
+    group_of_row
+        (rows,)
+    """
+
+    origin: Ints
+    destination: Ints
+    driver_class: Ints
+    pair: Ints
+    route: Ints
+    group_of_row: Ints
+
+    @classmethod
+    def of(cls, ends: _Ends) -> _Kinds:
+        nodes, classes = ends.node_ids.size, len(ends.class_names)
+        pair_code = (ends.origin * nodes + ends.destination) * classes + ends.driver_class
+        pairs, pair_of_row = np.unique(pair_code, return_inverse=True)
+        routes = len(ends.routes) + 1
+        groups, group_of_row = np.unique(pair_of_row * routes + ends.route + 1, return_inverse=True)
+        return cls(
+            origin=pairs // max(nodes * classes, 1),
+            destination=pairs // max(classes, 1) % max(nodes, 1),
+            driver_class=pairs % max(classes, 1),
+            pair=groups // routes,
+            route=groups % routes - 1,
+            group_of_row=group_of_row,
+        )
+
+
+def _pair_keys(seed: int, ends: _Ends, kinds: _Kinds) -> Keys:
+    """Give every pair its key; those of the default class do not depend on there being others."""
+    node_keys = combine(np.uint64(seed), text_keys(ends.node_ids))
+    keys: Keys = combine(node_keys[kinds.origin], node_keys[kinds.destination])
+    named = combine(keys, text_keys(ends.class_names)[kinds.driver_class])
+    default = np.array([name == DEFAULT_CLASS for name in ends.class_names], dtype=bool)
+    return np.where(default[kinds.driver_class], keys, named)
+
+
+def _numbers_taken(
+    ends: _Ends, kinds: _Kinds, taken: Mapping[tuple[str, str, str], int] | None
+) -> Ints:
+    if not taken:
+        return np.zeros(kinds.origin.size, np.int64)
+    names = zip(
+        ends.node_ids[kinds.origin],
+        ends.node_ids[kinds.destination],
+        np.array(ends.class_names, object)[kinds.driver_class],
+        strict=True,
+    )
+    return np.array([taken.get(name, 0) for name in names], np.int64)
 
 
 @dataclass(frozen=True)

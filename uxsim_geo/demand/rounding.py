@@ -27,7 +27,7 @@ def round_keeping_totals(
 
     A value is rounded up with a probability equal to its fraction, by draws of its key: dependent
     rounding on a bipartite graph (Gandhi, Khuller, Parthasarathy and Srinivasan 2006). Rows and
-    columns are numbers from 0; a pair of them occurs once. All arrays have the shape (n,).
+    columns are numbers from 0; a pair of them may occur again. All arrays have the shape (n,).
     """
     whole = np.floor(values + _TINY)
     fraction = np.clip(values - whole, 0.0, 1.0)
