@@ -75,6 +75,8 @@ class Site:
         s: end of the simulation; how often nodes are visited, the finest that control can act
     select
         gives the positions of the links of a target; raises InputError if it cannot
+    plans
+        the signals bound so far; the number of a plan is its place here
     """
 
     link_ids: tuple[str, ...]
@@ -91,6 +93,7 @@ class Site:
     duration: float
     step: float
     select: Callable[[Target], Ints]
+    plans: list[Any] = field(default_factory=list)
     link_position: Mapping[str, int] = field(init=False)
     node_position: Mapping[str, int] = field(init=False)
 
@@ -110,6 +113,13 @@ class Site:
         if positions.size == 0:
             faults.add("no link of the network is meant", column=key, value=str(target))
         return positions
+
+    def name_links(self, positions: Ints) -> str:
+        """Name some links for people: "link a", "links a, b", "links a, b and 12 more"."""
+        shown = [self.link_ids[position] for position in positions[:3]]
+        if len(positions) <= 3:
+            return f"link{'s' if len(shown) > 1 else ''} {', '.join(shown)}"
+        return f"links {shown[0]}, {shown[1]} and {len(positions) - 2} more"
 
     def node(self, node_id: str, faults: Faults, *, key: str = "node") -> Ints:
         """Return the position of a node, or none and a fault."""
@@ -214,3 +224,11 @@ def check_number(value: Any, name: str, faults: Faults, *, above: float | None =
     if not good or value < 0 or (above is not None and value <= above):
         limit = "of 0 or more" if above is None else f"above {above:g}"
         faults.add(f"must be a finite number {limit}", column=name, value=value)
+
+
+def check_interval(interval: float, site: Site, faults: Faults) -> None:
+    """Note an interval between two calls that is no time, or shorter than a step."""
+    check_number(interval, "interval", faults, above=0.0)
+    if 0 < interval < site.step:
+        what = f"is shorter than a step of the simulation, {site.step:g} s: control acts once a step"
+        faults.add(what, column="interval", value=interval)

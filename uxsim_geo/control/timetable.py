@@ -31,19 +31,38 @@ def moments_of(timetable: Timetable) -> tuple[float, ...]:
     return tuple(time for time, _ in steps_of(timetable))[1:]
 
 
-def check_timetable(timetable: Timetable, name: str, duration: float, faults: Faults) -> None:
-    """Note times out of order or beyond the end, and values that are no number of 0 or more."""
-    steps = steps_of(timetable)
+def check_timetable(
+    timetable: Timetable,
+    name: str,
+    duration: float,
+    faults: Faults,
+    *,
+    above: float | None = None,
+) -> None:
+    """Note times out of order or beyond the end, and values that are no number of 0 or more.
+
+    Told so, values must lie above another limit instead; ``-inf`` lets them be negative.
+    """
+    try:
+        steps = steps_of(timetable)
+    except (TypeError, ValueError):
+        steps = []
     if not steps:
-        faults.add("needs a value, or pairs [from_s, value]", column=name)
+        faults.add("needs a number, or pairs [from_s, number]", column=name, value=timetable)
     times = [time for time, _ in steps]
-    if any(later <= earlier for earlier, later in pairwise(times)):
+    if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
         faults.add("its times must rise", column=name, value=times)
     for time, value in steps:
-        if not 0 <= time < math.inf:
-            faults.add("must be a finite time of 0 s or more", column=name, value=time)
-        elif time >= duration:
-            what = f"changes when the simulation is over, which ends at {duration:g} s"
-            faults.add(what, column=name, value=time)
-        if not 0 <= value < math.inf:
-            faults.add("must be a finite number of 0 or more", column=name, value=value)
+        _check_time(time, name, duration, faults)
+        if not math.isfinite(value) or (value < 0 if above is None else value <= above):
+            limit = " of 0 or more" if above is None else f" above {above:g}"
+            what = f"must be a finite number{'' if above == -math.inf else limit}"
+            faults.add(what, column=name, value=value)
+
+
+def _check_time(time: float, name: str, duration: float, faults: Faults) -> None:
+    if not 0 <= time < math.inf:
+        faults.add("must be a finite time of 0 s or more", column=name, value=time)
+    elif time >= duration:
+        what = f"changes when the simulation is over, which ends at {duration:g} s"
+        faults.add(what, column=name, value=time)
