@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
+from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.network.network import Network
+from uxsim_geo.result import Result
+from uxsim_geo.settings import Settings
 
 Q = 0.8  # veh/s: the capacity of a link as `link` makes it, 20·0.2 / (1 + 20·1·0.2)
 
@@ -65,3 +69,39 @@ def across(size: int, vehicles: float, until: float) -> Demand:
             ):
                 rows.append((start, end, 0.0, until, vehicles))
     return demand(*rows)
+
+
+#: origin, destination, start (s), end (s), flow (veh/s)
+Stream = tuple[str, str, float, float, float]
+
+
+def run_streams(
+    links: Iterable[dict],
+    streams: Iterable[Stream],
+    duration: float,
+    platoon_size: int,
+    **settings: Any,
+) -> Result:
+    """Simulate streams without randomness: platoon k departs (k + 1) Δn / flow after the start."""
+    rows = [
+        (origin, destination, start, end, flow * (end - start))
+        for origin, destination, start, end, flow in streams
+    ]
+    told = Settings(duration, platoon_size, demand_rounding="truncate", **settings)
+    return simulate(network(links), demand(*rows), told)
+
+
+def on_link(result: Result, link_id: str) -> pd.DataFrame:
+    """The events on a link in the order of the entries."""
+    events = result.events[result.events["link"] == link_id]
+    return events.sort_values("enter_s", kind="stable").reset_index(drop=True)
+
+
+def exits(result: Result, link_id: str) -> np.ndarray:
+    """Times (s) at which platoons have left a link, in their order."""
+    return np.sort(on_link(result, link_id)["exit_s"].dropna().to_numpy())
+
+
+def entries(result: Result, link_id: str) -> np.ndarray:
+    """Times (s) at which platoons have entered a link, in their order."""
+    return on_link(result, link_id)["enter_s"].to_numpy()
