@@ -55,6 +55,9 @@ class Target:
         return " and ".join(parts) or "no links"
 
 
+#: what is called to control
+Act = Callable[["Traffic", "Levers"], None]
+
 #: how measures are told their links: a target, or link_ids
 Chosen = Target | Sequence[str]
 
@@ -116,10 +119,11 @@ class Site:
 
     def name_links(self, positions: Ints) -> str:
         """Name some links for people: "link a", "links a, b", "links a, b and 12 more"."""
-        shown = [self.link_ids[position] for position in positions[:3]]
-        if len(positions) <= 3:
-            return f"link{'s' if len(shown) > 1 else ''} {', '.join(shown)}"
-        return f"links {shown[0]}, {shown[1]} and {len(positions) - 2} more"
+        return _name("link", self.link_ids, positions)
+
+    def name_nodes(self, positions: Ints) -> str:
+        """Name some nodes likewise."""
+        return _name("node", self.node_ids, positions)
 
     def node(self, node_id: str, faults: Faults, *, key: str = "node") -> Ints:
         """Return the position of a node, or none and a fault."""
@@ -174,7 +178,7 @@ class Rule:
     """
 
     name: str
-    act: Callable[[Traffic, Levers], None]
+    act: Act
     claims: tuple[Claim, ...] = ()
     begin: float = 0.0
     end: float = math.inf
@@ -230,5 +234,25 @@ def check_interval(interval: float, site: Site, faults: Faults) -> None:
     """Note an interval between two calls that is no time, or shorter than a step."""
     check_number(interval, "interval", faults, above=0.0)
     if 0 < interval < site.step:
-        what = f"is shorter than a step of the simulation, {site.step:g} s: control acts once a step"
+        what = (
+            f"is shorter than a step of the simulation, {site.step:g} s: control acts once a step"
+        )
         faults.add(what, column="interval", value=interval)
+
+
+def check_density(value: Any, site: Site, links: Ints, faults: Faults) -> None:
+    """Note a wanted density that is none, or that some links can never exceed, veh/m."""
+    check_number(value, "target_density", faults, above=0.0)
+    jam = (site.lanes * site.jam_density)[links]
+    if jam.size and isinstance(value, int | float) and math.isfinite(value) and value >= jam.max():
+        what = (
+            f"must be below the jam density of the links, {jam.max():g} veh/m; is the unit veh/m?"
+        )
+        faults.add(what, column="target_density", value=value)
+
+
+def _name(noun: str, ids: Sequence[str], positions: Ints) -> str:
+    shown = [ids[position] for position in positions[:3]]
+    if len(positions) <= 3:
+        return f"{noun}{'s' if len(shown) > 1 else ''} {', '.join(shown)}"
+    return f"{noun}s {shown[0]}, {shown[1]} and {len(positions) - 2} more"

@@ -38,10 +38,11 @@ def check_timetable(
     faults: Faults,
     *,
     above: float | None = None,
-) -> None:
+) -> bool:
     """Note times out of order or beyond the end, and values that are no number of 0 or more.
 
-    Told so, values must lie above another limit instead; ``-inf`` lets them be negative.
+    Told so, values must lie above another limit instead; ``-inf`` lets them be negative. Returns
+    whether it can be read at all.
     """
     try:
         steps = steps_of(timetable)
@@ -50,7 +51,7 @@ def check_timetable(
     if not steps:
         faults.add("needs a number, or pairs [from_s, number]", column=name, value=timetable)
     times = [time for time, _ in steps]
-    if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+    if any(later <= earlier for earlier, later in pairwise(times)):
         faults.add("its times must rise", column=name, value=times)
     for time, value in steps:
         _check_time(time, name, duration, faults)
@@ -58,6 +59,7 @@ def check_timetable(
             limit = " of 0 or more" if above is None else f" above {above:g}"
             what = f"must be a finite number{'' if above == -math.inf else limit}"
             faults.add(what, column=name, value=value)
+    return bool(steps)
 
 
 def _check_time(time: float, name: str, duration: float, faults: Faults) -> None:
