@@ -1,0 +1,168 @@
+"""Which links a target means: by their ids, by their attributes, by an area."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from uxsim_geo.control.site import Target
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.expressions import rows_where
+from uxsim_geo.network.network import Network
+
+#: unknown ids for which those nearest to them are looked for, which takes long in large networks
+SUGGESTED = 5
+
+_PARTS = ("touching", "inside", "entering", "leaving")
+_WKT = re.compile(r"\s*((MULTI)?(POINT|LINESTRING|POLYGON)|GEOMETRYCOLLECTION)\b", re.IGNORECASE)
+
+Flags = npt.NDArray[np.bool_]
+
+
+def select_links(network: Network, target: Target) -> npt.NDArray[np.int64]:
+    """Return the positions (row numbers) of the links that a target means, in rising order.
+
+    All that the target gives must hold: ``links`` and ``where`` and ``polygon``. A link leads into
+    a polygon if its geometry starts outside and ends inside; on the border is inside.
+
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids
+    and columns, an expression that cannot be read, an area that is none or whose reference system
+    is not known.
+    """
+    faults = Faults()
+    meant = np.ones(len(network.links), bool)
+    if target.links:
+        meant &= _with_ids(network, target.links, faults)
+    if target.where is not None:
+        meant &= rows_where(network.links, target.where, faults)
+    if target.polygon is not None:
+        meant &= _in_area(network, target, faults)
+    elif target.part != "touching":
+        faults.add("is part of a polygon, and there is none", column="part", value=target.part)
+    if not target.links and target.where is None and target.polygon is None:
+        faults.add("names no links: give links, where or polygon")
+    faults.raise_if_any()
+    return np.flatnonzero(meant).astype(np.int64)
+
+
+def _with_ids(network: Network, links: tuple[str, ...], faults: Faults) -> Flags:
+    ids = network.links["link_id"].astype(str)
+    known = set(ids)
+    unknown = [link_id for link_id in dict.fromkeys(links) if link_id not in known]
+    for number, link_id in enumerate(unknown):
+        near = difflib.get_close_matches(link_id, known, n=3) if number < SUGGESTED else []
+        advice = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
+        faults.add(f"the network has no such link_id{advice}", column="links", value=link_id)
+    return ids.isin(list(links)).to_numpy(bool)
+
+
+def _in_area(network: Network, target: Target, faults: Faults) -> Flags:
+    import shapely
+
+    nowhere = np.zeros(len(network.links), bool)
+    if target.part not in _PARTS:
+        faults.add(f"must be one of {', '.join(_PARTS)}", column="part", value=target.part)
+        return nowhere
+    if "geometry" not in network.links.columns:
+        what = "the network has no coordinates: choose links by their ids or by where"
+        faults.add(what, column="polygon")
+        return nowhere
+    area = _area(str(target.polygon), getattr(network.links, "crs", None), faults)
+    if area is None:
+        return nowhere
+    lines = np.asarray(network.links["geometry"])
+    shapely.prepare(area)
+    if target.part == "touching":
+        return np.asarray(shapely.intersects(lines, area), bool)
+    if target.part == "inside":
+        return np.asarray(shapely.covered_by(lines, area), bool)
+    start, end = (shapely.covers(area, points) for points in _end_points(lines))
+    entering = target.part == "entering"
+    crossing: Flags = ~start & end if entering else start & ~end
+    return crossing
+
+
+def _end_points(lines: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Return the first and the last point of each line; none where there is no line."""
+    import shapely
+
+    coordinates, line = shapely.get_coordinates(lines, return_index=True)
+    numbers = np.arange(len(lines))
+    found = np.isin(numbers, line)
+    ends = []
+    for places in (np.searchsorted(line, numbers), np.searchsorted(line, numbers, "right") - 1):
+        points = np.full(len(lines), None, dtype=object)
+        points[found] = shapely.points(coordinates[places[found]])
+        ends.append(points)
+    return ends[0], ends[1]
+
+
+def _area(polygon: str, crs: Any, faults: Faults) -> Any:
+    """Return the polygon in the reference system of the network, or None and a fault."""
+    import shapely
+
+    text = _WKT.match(polygon)
+    shapes = _from_text(polygon, faults) if text else _from_file(Path(polygon), crs, faults)
+    if shapes is None:
+        return None
+    for shape in shapes:
+        if not shapely.is_valid(shape):
+            what = f"is no valid polygon ({shapely.is_valid_reason(shape)}); mend its outline"
+            faults.add(what, column="polygon", value=polygon)
+            return None
+    return shapely.union_all(shapes)
+
+
+def _from_text(text: str, faults: Faults) -> npt.NDArray[Any] | None:
+    import shapely
+
+    try:
+        shape = shapely.from_wkt(text)
+    except shapely.errors.ShapelyError as error:
+        faults.add(f"is no WKT: {error}", column="polygon", value=text)
+        return None
+    if shape.geom_type not in ("Polygon", "MultiPolygon") or shape.is_empty:
+        what = "must be a POLYGON or MULTIPOLYGON with an area"
+        faults.add(what, column="polygon", value=text)
+        return None
+    return np.array([shape], dtype=object)
+
+
+def _from_file(path: Path, crs: Any, faults: Faults) -> npt.NDArray[Any] | None:
+    """Return the polygons of all layers of a file, in the reference system of the network."""
+    try:
+        layers = _polygon_layers(path)
+        what = "" if layers else "holds no polygon"
+    except (OSError, ValueError) as error:
+        layers, what = [], str(error)
+    if not what and crs is None:
+        what = (
+            "cannot be laid over the network, whose reference system is not known: give the "
+            "polygon as WKT in the network's coordinates"
+        )
+    if not what and any(layer.crs is None for layer in layers):
+        what = "does not say its reference system: write it into the file"
+    if what:
+        faults.add(what, column="polygon", value=str(path))
+        return None
+    return np.concatenate([layer.to_crs(crs).geometry.to_numpy() for layer in layers])
+
+
+def _polygon_layers(path: Path) -> list[Any]:
+    """Return a table of the polygons of each layer that has some; ValueError if none is read."""
+    import pyogrio
+
+    if not path.is_file():
+        raise ValueError("is neither WKT nor a file that is there")
+    try:
+        names = [str(name) for name, shape in pyogrio.list_layers(path) if shape is not None]
+        tables = [pyogrio.read_dataframe(path, layer=name, columns=[]) for name in names]
+    except pyogrio.errors.DataSourceError as error:
+        raise ValueError(f"cannot be read as GeoJSON or GeoPackage: {error}") from error
+    areas = [table[table.geom_type.isin(("Polygon", "MultiPolygon"))] for table in tables]
+    return [area for area in areas if len(area)]
