@@ -97,7 +97,8 @@ class Perimeter:
     def _fixed_rules(self, flow: Timetable, gates: Ints, site: Site, faults: Faults) -> list[Rule]:
         if not check_timetable(flow, "flow", site.duration, faults):
             return []
-        check_binds(flow, "flow", site.capacity[gates].sum(keepdims=True), "veh/s", faults)
+        if gates.size:
+            check_binds(flow, "flow", site.capacity[gates].sum(keepdims=True), "veh/s", faults)
         share = _shares(site, gates)
         claim = Claim("exit_capacity", gates)
         name = f"perimeter with {site.name_links(gates)} as gates"

@@ -146,7 +146,7 @@ def _unknown_column(name: str, table: pd.DataFrame) -> str:
 
 def _text(node: ast.AST) -> str:
     try:
-        return ast.unparse(node)
+        return ast.unparse(node) or type(node).__name__
     except (AttributeError, ValueError):
         return type(node).__name__
 
