@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import typing
 from datetime import datetime
@@ -12,20 +13,26 @@ from pydantic.fields import FieldInfo
 
 from pipeline.config import Config
 from pipeline.config_file import sections_in
+from pipeline.config_keys import ChosenLinks, Period
 
 HEAD = """# Configuration
 
 One YAML file a run. Unknown keys are errors, paths are relative to the file, every key can also be
 set on the command line: `--set simulate.duration_s=3600`. Entries of a list are counted from 0:
 `--set ingest.trips.0.factor=2`, which also reaches trips that are written without a list. This page
-is made from the models in `pipeline/config.py` by `docs/generate.py`; a JSON schema for editors
-lies beside it.
+is made from the models in `pipeline/config.py` and `pipeline/control_config*.py` by
+`docs/generate.py`; a JSON schema for editors lies beside it. What measures of control do, with an
+example of each, stands in [control.md](control.md).
 """
+
+#: keys that many sections share, said once under these headings at the end
+SHARED: dict[type[BaseModel], str] = {ChosenLinks: "Chosen links", Period: "Periods"}
 
 TYPE_NAMES: dict[object, str] = {
     str: "text",
     float: "number",
     int: "whole number",
+    bool: "`true` or `false`",
     Path: "path",
     AwareDatetime: "date and time",
 }
@@ -33,7 +40,8 @@ TYPE_NAMES: dict[object, str] = {
 
 def configuration_page() -> str:
     """Return the page of all keys: section by section, with type, default and meaning."""
-    return HEAD + _section(Config, "") + "\n"
+    shared = (_titled(model, title) for model, title in SHARED.items())
+    return "\n".join([HEAD + _section(Config, ""), *shared]) + "\n"
 
 
 def configuration_schema() -> str:
@@ -44,13 +52,32 @@ def configuration_schema() -> str:
 def _section(model: type[BaseModel], above: str) -> str:
     lines = ["| key | type | default | meaning |", "|---|---|---|---|"]
     below = []
-    for name, key in model.model_fields.items():
+    shared = [base for base in SHARED if issubclass(model, base) and model is not base]
+    for base in shared:
+        keys = ", ".join(f"`{name}`" for name in base.model_fields)
+        lines.append(f"| {keys} | | | {_reference(base)} |")
+    for field, key in model.model_fields.items():
+        if any(field in base.model_fields for base in shared):
+            continue
+        name = key.alias or field
         meaning = (key.description or "").replace("|", "\\|")
         lines.append(f"| `{name}` | {_type_name(key.annotation)} | {_default(key)} | {meaning} |")
-        for section in sections_in(key.annotation):
-            title = f"{above}{name}"
-            below.append(f"\n## {title}\n\n{section.__doc__}\n{_section(section, f'{title}.')}")
+        below += [
+            _titled(section, f"{above}{name}", f"{above}{name}.")
+            for section in sections_in(key.annotation)
+            if section not in SHARED
+        ]
     return "\n" + "\n".join(lines + below)
+
+
+def _titled(model: type[BaseModel], title: str, above: str = "") -> str:
+    text = inspect.cleandoc(model.__doc__ or "").replace("``", "`")
+    return f"\n## {title}\n\n{text}\n{_section(model, above)}"
+
+
+def _reference(model: type[BaseModel]) -> str:
+    title = SHARED[model]
+    return f"see [{title}](#{title.lower().replace(' ', '-')})"
 
 
 def _type_name(annotation: object) -> str:
@@ -67,7 +94,7 @@ def _type_name(annotation: object) -> str:
     if origin is not None:
         return " or ".join(map(_type_name, arguments))
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return "section"
+        return f"section, {_reference(annotation)}" if annotation in SHARED else "section"
     return TYPE_NAMES[annotation]
 
 
@@ -77,6 +104,8 @@ def _default(key: FieldInfo) -> str:
         return "required"
     if isinstance(value, BaseModel):
         return "as below"
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
     if isinstance(value, datetime):
         return f"`{value.isoformat()}`"
     if isinstance(value, tuple):

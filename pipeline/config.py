@@ -5,20 +5,19 @@ from __future__ import annotations
 import typing
 from dataclasses import fields
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import (
     AfterValidator,
     AwareDatetime,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
-    ValidationInfo,
     model_validator,
 )
 
+from pipeline.config_keys import Id, InputFile, LocatedSection, Section
+from pipeline.control_config import ControlKey, ControlSection
+from pipeline.control_config_routes import ClassEntry
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.network.tntp_options import (
     CapacityFrom,
@@ -29,16 +28,6 @@ from uxsim_geo.network.tntp_options import (
 )
 from uxsim_geo.network.units import Quantity, parse_unit
 from uxsim_geo.settings import Settings
-
-
-def _existing_file(path: Path, info: ValidationInfo) -> Path:
-    """Make the path absolute, from the folder of the configuration, and see that it is there."""
-    absolute = (info.context / path).resolve() if info.context else path
-    if absolute.is_dir():
-        raise ValueError("is a folder; name a file in it")
-    if info.context and not absolute.is_file():
-        raise ValueError(f"no such file (looked for {absolute})")
-    return absolute
 
 
 def _in_utc(instant: datetime) -> datetime:
@@ -69,14 +58,7 @@ TimeUnit = Annotated[str, _unit_of("time")]
 SpeedUnit = Annotated[str, _unit_of("speed")]
 CapacityUnit = Annotated[str, _unit_of("capacity")]
 ProfileStep = Annotated[tuple[float, float], Field(strict=False)]
-InputFile = Annotated[Path, Field(strict=False), AfterValidator(_existing_file)]
 Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
-
-
-class Section(BaseModel):
-    """Keys that are checked strictly: none unknown, no text where a number is due."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class TripsEntry(Section):
@@ -94,6 +76,9 @@ class TripsEntry(Section):
         description="pairs [until_s, share]: until that time, s from start_s, this share of the "
         "trips departs evenly; only the ratios of the shares count; the last time is "
         "demand_period_s; empty: all evenly",
+    )
+    driver_class: Id | None = Field(
+        None, alias="class", description="of simulate.classes, to which its drivers belong"
     )
 
     @model_validator(mode="after")
@@ -183,7 +168,7 @@ class IngestSection(Section):
         return TntpOptions(**{key.name: getattr(self, key.name) for key in fields(TntpOptions)})
 
 
-class SimulateSection(Section):
+class SimulateSection(LocatedSection):
     """How the traffic is simulated; defaults are those of Seo (2023)."""
 
     duration_s: float = Field(gt=0, description="end of the simulation, s after the start")
@@ -206,6 +191,31 @@ class SimulateSection(Section):
         description="conserve: every vehicle drives, the last platoon of a pair may be smaller; "
         "truncate: every row of the demand is cut to whole platoons, as UXsim does",
     )
+    route_choice: Literal["inertia", "logit"] = Field(
+        "inertia",
+        description="inertia: by the shortest paths of all updates, the newest weighing most; "
+        "logit: by the costs of the last update, dearer ways less often",
+    )
+    logit_spread_s: float = Field(
+        60.0,
+        gt=0,
+        description="of logit: a way that takes so much longer is chosen 1/e as often, s",
+    )
+    route_update_gradual: bool = Field(
+        False, description="ten times as many updates of a tenth of the weight"
+    )
+    no_cycles: bool = Field(
+        False, description="nobody drives to a node again, unless there is no other way"
+    )
+    deterministic: bool = Field(False, description="no random draws at all, and no noise")
+    classes: tuple[ClassEntry, ...] = Field(
+        (), strict=False, description="kinds of drivers; ingest.trips names that of its drivers"
+    )
+    control: ControlKey = Field(
+        ControlSection(),
+        description="section: measures that control traffic, or the path of a YAML file that "
+        "holds these keys; paths in that file are relative to it",
+    )
 
     def settings(self) -> Settings:
         """Return what the engine is told."""
@@ -218,6 +228,11 @@ class SimulateSection(Section):
             route_noise=self.route_noise,
             seed=self.seed,
             demand_rounding=self.demand_rounding,
+            route_choice=self.route_choice,
+            logit_spread=self.logit_spread_s,
+            route_update_gradual=self.route_update_gradual,
+            no_cycles=self.no_cycles,
+            deterministic=self.deterministic,
         )
 
 

@@ -9,17 +9,22 @@ import typing
 from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from pipeline.config import Config, Section
-from pipeline.yaml_source import Place, YamlSource, read_yaml, set_value
+from pipeline.config import Config
+from pipeline.config_keys import Reading, Section, existing_file
+from pipeline.control_config import ControlSection
+from pipeline.control_config_faults import CONTROL, unknown_classes
+from pipeline.yaml_source import Place, YamlSource, place_in_words, read_yaml, set_value
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
+
+_Model = TypeVar("_Model", bound=BaseModel)
 
 #: how the messages of the validator begin
 _SHOULD = re.compile(r"^(Input|Number|String|Tuple) should")
@@ -42,11 +47,15 @@ def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
     lists = [dotted for dotted, key in iterate_keys() if _one_or_many(key)]
     for edit in edits:
         set_value(document, edit, lists)
-    try:
-        return Config.model_validate(document.values, context=path.resolve().parent)
-    except ValidationError as error:
-        found = [_fault(details, document) for details in error.errors() if not _follows(details)]
-        raise InputError(sorted(found, key=_by_line)) from None
+    reading = Reading(document, path.resolve().parent)
+    faults: list[Fault] = []
+    _take_in_control_file(reading, faults)
+    config = _validated(Config, document.values, reading, faults)
+    if config is not None:
+        faults += unknown_classes(config, document)
+    if config is None or faults:
+        raise InputError(faults)
+    return config
 
 
 def write_config(config: Config, path: Path) -> None:
@@ -59,7 +68,9 @@ def write_config(config: Config, path: Path) -> None:
 
 def plain_values(section: Section, folder: Path) -> dict[str, Any]:
     """Return what YAML and JSON can hold; files are named relative to ``folder``."""
-    return {name: _plain(value, folder) for name, value in section.model_dump().items()}
+    return {
+        name: _plain(value, folder) for name, value in section.model_dump(by_alias=True).items()
+    }
 
 
 def relative_name(path: Path, folder: Path) -> str:
@@ -74,8 +85,8 @@ def iterate_keys(
     model: type[BaseModel] = Config, above: str = ""
 ) -> Iterator[tuple[str, FieldInfo]]:
     """Yield every key by its dotted name, sections before what they hold; lists add no name."""
-    for name, key in model.model_fields.items():
-        dotted = f"{above}{name}"
+    for field, key in model.model_fields.items():
+        dotted = f"{above}{key.alias or field}"
         yield dotted, key
         for section in sections_in(key.annotation):
             yield from iterate_keys(section, f"{dotted}.")
@@ -87,6 +98,47 @@ def sections_in(annotation: object) -> Iterator[type[BaseModel]]:
         yield annotation
     for argument in typing.get_args(annotation):
         yield from sections_in(argument)
+
+
+def _take_in_control_file(reading: Reading, faults: list[Fault]) -> None:
+    """Put what a control file holds in the place of its path; its faults are of its own lines."""
+    section = reading.document.values.get("simulate")
+    if not isinstance(section, dict) or not isinstance(section.get("control"), str):
+        return
+    name, section["control"] = section["control"], {}
+    try:
+        path = existing_file(Path(name), reading.folder)
+        read = read_yaml(path)
+    except InputError as error:
+        faults += error.faults
+        return
+    except ValueError as error:
+        what = f"{place_in_words(CONTROL)}: {error} ({_help(CONTROL)})"
+        faults.append(Fault(what, *reading.document.origin(CONTROL), None, name))
+        return
+    own = Reading(read.below(CONTROL), path.parent)
+    control = _validated(ControlSection, read.values, own, faults, CONTROL)
+    section["control"] = control or {}
+
+
+def _validated(
+    model: type[_Model],
+    values: object,
+    reading: Reading,
+    faults: list[Fault],
+    above: Place = (),
+) -> _Model | None:
+    """Make a model of plain values that stand at ``above``; None and all faults if they are not."""
+    try:
+        return model.model_validate(values, context=reading)
+    except ValidationError as error:
+        found = [
+            _fault(details, (*above, *details["loc"]), reading.document)
+            for details in error.errors()
+            if not _follows(details)
+        ]
+        faults += sorted(found, key=_by_line)
+    return None
 
 
 def _one_or_many(key: FieldInfo) -> bool:
@@ -103,40 +155,34 @@ def _plain(value: object, folder: Path) -> object:
     return value.isoformat() if isinstance(value, datetime) else value
 
 
-def _fault(details: ErrorDetails, document: YamlSource) -> Fault:
-    source, line = document.origin(_place_written(details["loc"], document))
-    dotted = ".".join(part for part in details["loc"] if isinstance(part, str))
+def _fault(details: ErrorDetails, place: Place, document: YamlSource) -> Fault:
+    written = document.as_written(place)
+    source, line = document.origin(written)
+    key = place_in_words(written)
     value = details["input"]
     if details["type"] == "extra_forbidden":
-        return Fault(f"unknown key {dotted}; {_nearest(dotted)}", source, line)
-    help_text = dict(iterate_keys())[dotted].description
+        return Fault(f"unknown key {key}; {_nearest(_dotted(written))}", source, line)
     if details["type"] == "missing":
-        lacks = ": a value is missing" if isinstance(details["loc"][-1], int) else " is missing"
-        return Fault(f"{dotted}{lacks} ({help_text})", source, line)
+        lacks = ": a value is missing" if isinstance(place[-1], int) else " is missing"
+        return Fault(f"{key}{lacks} ({_help(written)})", source, line)
     said = _SHOULD.sub("must", details["msg"].removeprefix("Value error, "))
     what = _PLAINLY.get(details["type"], said)
     shown = None if isinstance(value, dict | list) else value
-    return Fault(f"{dotted}: {what} ({help_text})", source, line, None, shown)
+    return Fault(f"{key}: {what} ({_help(written)})", source, line, None, shown)
+
+
+def _dotted(place: Place) -> str:
+    """Return the name of a key, which is the same in all entries of a list."""
+    return ".".join(part for part in place if isinstance(part, str))
+
+
+def _help(place: Place) -> str | None:
+    return dict(iterate_keys())[_dotted(place)].description
 
 
 def _follows(details: ErrorDetails) -> bool:
     """Tell whether a list is only said to be too short because its entries are at fault."""
     return details["type"] == "too_short" and bool(details["input"])
-
-
-def _place_written(place: Place, document: YamlSource) -> Place:
-    """Leave out positions in lists where the document gives a single entry plainly."""
-    written: Place = ()
-    container: object = document.values
-    for part in place:
-        if isinstance(part, int) and not isinstance(container, list):
-            continue
-        written = (*written, part)
-        if isinstance(container, dict):
-            container = container.get(part)
-        elif isinstance(container, list) and isinstance(part, int):
-            container = container[part] if part < len(container) else None
-    return written
 
 
 def _nearest(dotted: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,11 +63,13 @@ def read_sources(section: IngestSection) -> tuple[Network, Demand]:
 
     options = section.network_options()
     network = read_tntp_network(section.net, options, nodes=section.nodes, flow=section.flow)
+    classes_named = any(entry.driver_class is not None for entry in section.trips)
     faults: list[Fault] = []
     demands: list[Demand] = []
     for entry in section.trips:
         try:
-            demands.append(read_tntp_trips(entry.file, entry.trips_options(), network))
+            demand = read_tntp_trips(entry.file, entry.trips_options(), network)
+            demands.append(_of_class(demand, entry.driver_class) if classes_named else demand)
         except InputError as error:
             faults += error.faults
     if section.overrides is not None:
@@ -79,6 +82,13 @@ def read_sources(section: IngestSection) -> tuple[Network, Demand]:
     table = pd.concat([demand.table for demand in demands], ignore_index=True)
     notes = pd.concat([demand.notes for demand in demands], ignore_index=True)
     return network, Demand(table, notes)
+
+
+def _of_class(demand: Demand, name: str | None) -> Demand:
+    """Return a demand all of whose rows name a class of drivers."""
+    from uxsim_geo.demand.demand import DEFAULT_CLASS
+
+    return replace(demand, table=demand.table.assign(**{"class": name or DEFAULT_CLASS}))
 
 
 def _words(network: Network, demand: Demand) -> str:

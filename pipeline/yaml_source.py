@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import yaml
 
@@ -41,6 +41,34 @@ class YamlSource:
                 return self.source, self.lines[place[:length]]
         return self.source, None
 
+    def as_written(self, place: Place) -> Place:
+        """Leave out positions in lists where the document gives a single entry plainly."""
+        written: Place = ()
+        container: object = self.values
+        for part in place:
+            if isinstance(part, int) and not isinstance(container, list):
+                continue
+            written = (*written, part)
+            if isinstance(container, dict):
+                container = container.get(part)
+            elif isinstance(container, list) and isinstance(part, int):
+                container = container[part] if part < len(container) else None
+        return written
+
+    def below(self, place: Place) -> YamlSource:
+        """Return the document as if it stood at a place of another one, under its own name."""
+        values: object = self.values
+        for part in reversed(place):
+            values = {part: values}
+        lines = {(*place, *own): line for own, line in self.lines.items()}
+        return YamlSource(self.source, cast("dict[str, object]", values), lines)
+
+
+def place_in_words(place: Place) -> str:
+    """Write a place for people: ``simulate.control.tolls[0].amount``."""
+    parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
+    return "".join(parts).removeprefix(".")
+
 
 _TAG = "tag:yaml.org,2002:"
 
@@ -53,8 +81,9 @@ _Loader.yaml_implicit_resolvers = {}
 for _tag, _pattern, _first in (
     ("null", r"~|null|Null|NULL|", [*"~nN", ""]),
     ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
-    # 19 digits hold every seed; longer ones read as float, which no whole number may be
-    ("int", r"[-+]?[0-9]{1,19}", "-+0123456789"),
+    # 19 digits hold every seed; longer ones read as float, which no whole number may be, and so do
+    # 007 and +7, which as ids are other texts than 7
+    ("int", r"-?(0|[1-9][0-9]{0,18})", "-0123456789"),
     (
         "float",
         r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"
