@@ -36,12 +36,12 @@ def test_the_compiler_changes_nothing(variable: str) -> None:
 
 def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
     lines = (
-        "from uxsim_geo.engine.loop import prepare, run_until, finish",
+        "from uxsim_geo.engine.loop import run_until, finish",
         "simulate(*random_case(0))",
-        "print(*[sum(task.stats.cache_hits.values()) for task in (prepare, run_until, finish)])",
+        "print(*[sum(task.stats.cache_hits.values()) for task in (run_until, finish)])",
     )
     printed = [run_program(*lines, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)]
-    assert [line.split() for line in printed] == [["0", "0", "0"], ["1", "1", "1"]]
+    assert [line.split() for line in printed] == [["0", "0"], ["1", "1"]]
 
 
 @pytest.mark.parametrize("writable", [True, False])
@@ -59,7 +59,7 @@ def test_compiling_is_done_before_the_clock_of_the_engine_starts() -> None:
     printed = run_program(
         "from uxsim_geo.engine.loop import run_until",
         "net, dem, settings = random_case(0)",
-        "Simulation(net, make_platoons(dem, settings), settings)",
+        "Simulation(net, dem, settings)",
         "print(len(run_until.signatures))",
     )
     assert printed.strip() == "1"

@@ -13,7 +13,6 @@ import pytest
 from small_networks import across, demand, grid, link, network
 
 from uxsim_geo.demand.demand import Demand
-from uxsim_geo.demand.platoons import make_platoons
 from uxsim_geo.draws import CHOICE, combine, unit
 from uxsim_geo.engine.simulation import Simulation, simulate
 from uxsim_geo.network.network import Network
@@ -43,6 +42,10 @@ def random_case(seed: int) -> Case:
         seed=seed,
     )
     return network(links), across(size, vehicles, 1200.0), settings
+
+
+def steps_of(settings: Settings) -> int:
+    return int(np.ceil(settings.duration / settings.step - 1e-9))
 
 
 def hash_of(result: Result) -> str:
@@ -131,10 +134,10 @@ def test_no_move_is_made_before_its_out_link_was_chosen(seed: int) -> None:
     """Draw the choice again for the step in which each move was made, with the weights of then."""
     net, dem, settings = random_case(seed)
     settings = replace(settings, route_update_interval=60.0, route_noise=0.5)  # much to choose
-    simulation = Simulation(net, make_platoons(dem, settings), settings)
+    simulation = Simulation(net, dem, settings)
     weights = []
-    for step in range(simulation.steps):
-        simulation.advance(step + 1)
+    for step in range(steps_of(settings)):
+        simulation.advance((step + 1) * settings.step)
         if step == 0 or (simulation.world.routes.weight != weights[-1]).any():
             weights.append(simulation.world.routes.weight.copy())
         else:
@@ -172,7 +175,7 @@ def moves_between_links(simulation: Simulation, result: Result) -> pd.DataFrame:
     """Each move from a link to the next, in positions of the engine's records."""
     routes, queue = simulation.world.routes, simulation.world.links.queue
     position = np.empty(len(simulation.network.links), int)
-    position[simulation.row_of_link] = np.arange(position.size)
+    position[simulation.setting.row_of_link] = np.arange(position.size)
     events = result.events.assign(link=position[result.events["link"].cat.codes])
     events = events.sort_values(["vehicle", "enter_s"], kind="stable").reset_index(drop=True)
     following = events.shift(-1)
@@ -203,11 +206,11 @@ def node_positions(simulation: Simulation) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 4, 7])
 def test_piece_by_piece_is_the_same_as_in_one_go(seed: int) -> None:
     net, dem, settings = random_case(seed)
-    simulation = Simulation(net, make_platoons(dem, settings), settings)
+    simulation = Simulation(net, dem, settings)
     step = 0
-    while step < simulation.steps:
-        step = min(step + 1 + step % 7, simulation.steps)
-        simulation.advance(step)
+    while not simulation.finished:
+        step += 1 + step % 7
+        simulation.advance(step * settings.step)
     assert hash_of(simulation.result()) == hash_of(simulate(net, dem, settings))
 
 
@@ -215,7 +218,7 @@ def test_piece_by_piece_is_the_same_as_in_one_go(seed: int) -> None:
 def test_full_buffers_change_nothing(seed: int) -> None:
     """With room for a few events and no spare ring, the run has to stop and go on all the time."""
     net, dem, settings = random_case(seed)
-    simulation = Simulation(net, make_platoons(dem, settings), settings)
+    simulation = Simulation(net, dem, settings)
     links, log = simulation.world.links, simulation.world.log
     used = int(links.clock["platoons_used"][0])
     fullest = int(links.queue["storage"].max()) + 1
@@ -223,7 +226,7 @@ def test_full_buffers_change_nothing(seed: int) -> None:
         links=links._replace(platoon=links.platoon[:used].copy()),
         log=log._replace(event=log.event[: max(fullest, 64)].copy()),
     )
-    simulation.advance(simulation.steps)
+    simulation.advance(settings.duration)
     assert simulation.world.links.platoon.size > used
     assert hash_of(simulation.result()) == hash_of(simulate(net, dem, settings))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import pandas as pd
@@ -29,11 +29,13 @@ class Result:
         (link_id, categorical with the categories in the order of the links table), enter_s,
         exit_s (s; NaN while on the link at the end)
     trips
-        one row per platoon, ordered by departure: vehicle (int32), origin, destination (node_id,
-        categorical), number (of the platoon within its OD pair), depart_s, enter_s (into the
-        network; NaN while waiting), arrive_s (NaN until arrived), status (categorical: waiting,
-        running, completed, aborted), vehicles (in this platoon), distance_m (covered so far),
-        free_time_s (of the fastest route at free flow; NaN where there is none), toll
+        one row per platoon, ordered by departure, those added during the run after the others:
+        vehicle (int32), origin, destination (node_id, categorical), class (of drivers,
+        categorical), number (of the platoon within its OD pair and class), depart_s, enter_s
+        (into the network; NaN while waiting), arrive_s (NaN until arrived), status (categorical:
+        waiting, running, completed, aborted), vehicles (in this platoon), distance_m (covered so
+        far), free_time_s (of the fastest route at free flow; NaN where there is none), toll (paid
+        so far by each vehicle, currency)
     settings
         as the simulation was told
     engine_wall_s
@@ -41,6 +43,11 @@ class Result:
     locked_vehicles
         vehicles on links from which, at the end, no move can ever happen again unless routes
         change: they wait for one another in circles
+    notes
+        what to know of the control: measures that never took effect
+    speed_limits
+        (time_s, link, speed_limit_m_s), from when on which limit held on a link, where that was
+        not its free speed for the whole run; those who entered before keep their speed
     """
 
     events: pd.DataFrame
@@ -48,3 +55,5 @@ class Result:
     settings: Settings
     engine_wall_s: float
     locked_vehicles: int
+    notes: tuple[str, ...] = ()
+    speed_limits: pd.DataFrame = field(default_factory=pd.DataFrame)

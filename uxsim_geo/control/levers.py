@@ -88,6 +88,14 @@ class Levers:
         """Return the same values in arrays of their own."""
         return Levers({name: getattr(self, name) for name in QUANTITIES})
 
+    def differences(self, other: Levers) -> set[str]:
+        """Return the quantities that are not the same everywhere."""
+        return {
+            name
+            for name in QUANTITIES
+            if not np.array_equal(getattr(self, name), getattr(other, name))
+        }
+
     def add_faults(self, faults: Faults, ids: dict[str, tuple[str, ...]]) -> None:
         """Note every value that no road can have; ``ids`` names ``links`` and ``nodes``."""
         for name, (good, what) in _LIMITS.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -39,6 +40,41 @@ class Platoons:
     depart: Floats
     vehicles: Ints
     key: Keys
+
+    def counts(self) -> dict[tuple[str, str, str], int]:
+        """Count the platoons by origin, destination and class."""
+        names = zip(
+            self.node_ids[self.origin],
+            self.node_ids[self.destination],
+            np.array(self.class_names, object)[self.driver_class],
+            strict=True,
+        )
+        return dict(Counter(names))
+
+    def joined(self, more: Platoons) -> Platoons:
+        """Return these platoons and more behind them."""
+        nodes, codes = pd.factorize(np.concatenate([self.node_ids, more.node_ids]))[::-1]
+        names, classes = pd.factorize(np.array([*self.class_names, *more.class_names], object))[
+            ::-1
+        ]
+        own, own_names = self.node_ids.size, len(self.class_names)
+        return Platoons(
+            node_ids=nodes,
+            class_names=tuple(names),
+            routes=self.routes + more.routes,
+            origin=np.concatenate([self.origin, codes[own:][more.origin]]),
+            destination=np.concatenate([self.destination, codes[own:][more.destination]]),
+            driver_class=np.concatenate(
+                [self.driver_class, classes[own_names:][more.driver_class]]
+            ),
+            route=np.concatenate(
+                [self.route, np.where(more.route < 0, -1, more.route + len(self.routes))]
+            ),
+            number=np.concatenate([self.number, more.number]),
+            depart=np.concatenate([self.depart, more.depart]),
+            vehicles=np.concatenate([self.vehicles, more.vehicles]),
+            key=np.concatenate([self.key, more.key]),
+        )
 
 
 @np.errstate(over="ignore")  # hashes overflow by design

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.control.signals import Signal
 from uxsim_geo.demand.platoons import Floats, Ints, Platoons
 from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
+from uxsim_geo.engine.population import weight_of_update
 from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
@@ -20,77 +20,108 @@ from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
 _EVENT_BUFFER = 1 << 14  # rows
+_FIRST_TRAIL = 1 << 12  # nodes; it doubles when it must
 Records = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Where platoons want to go, as the engine sees it; all shapes are (platoons,).
+
+    destination
+        node, among those of the network
+    driver
+        which drivers they are
+    route
+        where their given route begins in ``given``, -1: they choose
+    given
+        (any,) given routes one after the other: positions of links, in the order of the engine
+    """
+
+    destination: Ints
+    driver: Ints
+    route: Ints
+    given: Ints
 
 
 def build_world(
     network: Network,
     platoons: Platoons,
+    wishes: Wishes,
+    drivers: Records,
     settings: Settings,
-    signals: Sequence[Signal],
     *,
     sleep: bool,
-) -> tuple[World, Ints]:
-    """Build all records of a run; also gives the row in the links table of every link."""
+) -> World:
+    """Build all records of a run; links stand in the order of :func:`order_of_links`."""
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
-    table = network.links
-    starts = node_ids.get_indexer(pd.Index(table["from_node_id"].astype(str)))
-    row_of_link = np.argsort(starts, kind="stable").astype(np.int64)
-    links = table.iloc[row_of_link]
+    links = network.links.iloc[order_of_links(network)]
+    starts = node_ids.get_indexer(pd.Index(links["from_node_id"].astype(str)))
     ends = node_ids.get_indexer(pd.Index(links["to_node_id"].astype(str))).astype(np.int64)
     node_of_code = node_ids.get_indexer(pd.Index(platoons.node_ids)).astype(np.int64)
     origins, queue_of_platoon = np.unique(node_of_code[platoons.origin], return_inverse=True)
-    destinations, destination = np.unique(node_of_code[platoons.destination], return_inverse=True)
+    destinations, destination = destinations_of(wishes, len(node_ids), drivers.size)
 
-    road = _roads(links, starts[row_of_link], settings)
-    queue = _queues(links, road, ends, origins, settings)
-    size = settings.platoon_size
-    platoon = _fill_origins(queue, platoons, queue_of_platoon, destination, size)
+    road = _roads(links, starts, ends, settings)
+    queue = _queues(links, road, origins, settings)
+    home = origin_platoons(platoons, destination, np.arange(platoons.depart.size))
+    platoon = _fill_origins(queue, home, queue_of_platoon, settings.platoon_size)
     largest_link = int(np.max(queue["storage"][: len(links)], initial=0.0)) + 1
     steps = int(np.ceil(settings.duration / settings.step - 1e-9))
     pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
+    rows = int(drivers["rows"].sum())
     world = World(
         links=Links(
             clock=_clock(settings, len(links), sleep=sleep),
             queue=queue,
             platoon=platoon,
-            green=_greens(queue, links["link_id"].astype(str).tolist(), signals),
+            green=np.zeros(0, records.GREEN),
         ),
         routes=Routes(
             road=road,
-            node=_nodes(network.nodes, starts[row_of_link], queue["end_node"]),
+            node=_nodes(network.nodes, starts, queue["end_node"]),
             into=np.argsort(queue["end_node"], kind="stable"),
-            destination=_destinations(destinations, destination, platoons.vehicles),
-            weight=np.zeros((destinations.size, len(links)), np.float32),
+            destination=_count_trips(destinations, destination, platoons.vehicles),
+            weight=np.zeros((destinations.size - 1, len(links)), np.float32),
+            driver=drivers,
+            observed=np.zeros((rows, len(links))),
+            extra=np.zeros((drivers.size, len(links))),
+            given=wishes.given.astype(np.int32),
+            trail=np.empty(_FIRST_TRAIL if settings.no_cycles else 0, records.VISITED),
             settled=np.empty(len(node_ids), np.int32),
             heap=np.empty(len(links) + 1, np.int64),
         ),
         calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
         log=Log(
-            trip=_trips(platoons, node_of_code),
+            trip=trips_of(platoons, node_of_code, wishes),
             event=np.empty(max(_EVENT_BUFFER, largest_link), records.EVENT),
             trips_by_destination=np.argsort(destination, kind="stable").astype(np.int32),
         ),
     )
     world.links.clock["platoons_used"] = len(links) * _FIRST_RING + platoons.depart.size
     _list_origins(world, len(links))
-    return world, row_of_link
+    return world
 
 
-def _roads(links: pd.DataFrame, starts: Ints, settings: Settings) -> Records:
+def order_of_links(network: Network) -> Ints:
+    """Return the rows of the links table in the order of the engine: by the node they start at."""
+    node_ids = pd.Index(network.nodes["node_id"].astype(str))
+    starts = node_ids.get_indexer(pd.Index(network.links["from_node_id"].astype(str)))
+    return np.argsort(starts, kind="stable").astype(np.int64)
+
+
+def _roads(links: pd.DataFrame, starts: Ints, ends: Ints, settings: Settings) -> Records:
     road = np.zeros(len(links), records.ROAD)
     lanes = links["lanes"].to_numpy(np.float64)
     road["length"] = links["length"]
     road["free_speed"] = links["free_speed"]
     road["spacing"] = 1.0 / (lanes * links["jam_density"].to_numpy(np.float64))
     road["lag"] = settings.reaction_time / lanes
-    road["from_node"] = starts
+    road["from_node"], road["to_node"] = starts, ends
     return road
 
 
-def _queues(
-    links: pd.DataFrame, road: Records, ends: Ints, origins: Ints, settings: Settings
-) -> Records:
+def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Settings) -> Records:
     """Make the queues of links and origins, empty."""
     count = len(links)
     queue = np.zeros(count + origins.size, records.QUEUE)
@@ -104,7 +135,7 @@ def _queues(
     link["storage"] = np.maximum(settings.platoon_size, road["length"] / road["spacing"])
     link["merge_priority"] = links["merge_priority"]
     link["key"] = text_keys(links["link_id"].astype(str))
-    link["end_node"] = ends
+    link["end_node"] = road["to_node"]
     link["base"] = np.arange(count) * _FIRST_RING
     link["mask"] = _FIRST_RING - 1
     queue["end_node"][count:] = origins
@@ -116,22 +147,18 @@ def _queues(
     return queue
 
 
-def _greens(queue: Records, link_ids: list[str], signals: Sequence[Signal]) -> Records:
-    """Put the signals into their links; gives the greens of all of them."""
-    position = {link_id: number for number, link_id in enumerate(link_ids)}
-    times: list[tuple[float, float]] = []
-    for signal in signals:
-        for link_id, own in signal.greens().items():
-            link = queue[position[link_id]]
-            link["cycle"], link["offset"] = signal.cycle, signal.offset
-            link["first_green"], link["last_green"] = len(times), len(times) + len(own)
-            times += own
-    return np.array(times, records.GREEN)
+def origin_platoons(platoons: Platoons, destination: Ints, trip: Ints) -> Records:
+    """Make the records of platoons that are at home."""
+    home = np.empty(platoons.depart.size, PLATOON)
+    home["key"] = platoons.key
+    home["enter"] = home["exit"] = platoons.depart
+    home["trip"] = trip
+    home["destination"] = destination
+    home["vehicles"] = platoons.vehicles
+    return home
 
 
-def _fill_origins(
-    queue: Records, platoons: Platoons, queue_of_platoon: Ints, destination: Ints, size: int
-) -> Records:
+def _fill_origins(queue: Records, home: Records, queue_of_platoon: Ints, size: int) -> Records:
     """Put every platoon into the queue of its origin; gives the pool of rings.
 
     The rings of the origins come last and are never written to: they need not be a power of two
@@ -142,19 +169,13 @@ def _fill_origins(
     links = queue.size - counts.size
     room = links * _FIRST_RING
     pool = np.empty(room + order.size + _spare_places(queue["storage"][:links], size), PLATOON)
-    home = pool[room : room + order.size]
-    home["key"] = platoons.key[order]
-    home["enter"] = platoons.depart[order]
-    home["exit"] = np.nan
-    home["trip"] = order
-    home["destination"] = destination[order]
-    home["vehicles"] = platoons.vehicles[order]
+    pool[room : room + order.size] = home[order]
     origin = queue[links:]
     first = np.cumsum(counts) - counts
     origin["base"] = room + first
     origin["mask"] = np.iinfo(np.int64).max
     origin["entered"] = counts
-    origin["ready"] = origin["due"] = home["enter"][first]
+    origin["ready"] = origin["due"] = pool["enter"][room + first]
     return pool
 
 
@@ -167,12 +188,15 @@ def _spare_places(storage: Floats, size: int) -> int:
     return int(2 * longest.sum())
 
 
-def _trips(platoons: Platoons, node_of_code: Ints) -> Records:
+def trips_of(platoons: Platoons, node_of_code: Ints, wishes: Wishes) -> Records:
+    """Make the records of trips that have not begun."""
     trip = np.zeros(platoons.depart.size, records.TRIP)
     trip["depart"] = platoons.depart
     trip["enter"] = trip["arrive"] = np.nan
     trip["from_node"] = node_of_code[platoons.origin]
     trip["status"] = records.WAITING
+    trip["route"] = wishes.route
+    trip["trail"] = -1
     return trip
 
 
@@ -187,10 +211,22 @@ def _nodes(table: pd.DataFrame, starts: Ints, end_nodes: Ints) -> Records:
     return node
 
 
-def _destinations(nodes: Ints, destination: Ints, vehicles: Ints) -> Records:
-    """Make the destinations, and one more whose trips would begin where the last one's end."""
-    table = np.zeros(nodes.size + 1, records.DESTINATION)
-    table["node"][:-1] = nodes
+def destinations_of(wishes: Wishes, nodes: int, drivers: int) -> tuple[Records, Ints]:
+    """Make the destinations, each of a node, drivers, and routes given or not; and whose is which.
+
+    There is one more, whose trips would begin where the last one's end.
+    """
+    is_given = (wishes.route >= 0).astype(np.int64)
+    code = (is_given * drivers + wishes.driver) * nodes + wishes.destination
+    codes, destination = np.unique(code, return_inverse=True)
+    table = np.zeros(codes.size + 1, records.DESTINATION)
+    table["node"][:-1] = codes % max(nodes, 1)
+    table["driver"][:-1] = codes // max(nodes, 1) % drivers
+    table["given"][:-1] = codes // max(nodes * drivers, 1)
+    return table, destination
+
+
+def _count_trips(table: Records, destination: Ints, vehicles: Ints) -> Records:
     table["outstanding"][:-1] = np.bincount(destination, vehicles)
     table["first_trip"][1:] = np.cumsum(np.bincount(destination))
     return table
@@ -204,9 +240,12 @@ def _clock(settings: Settings, links: int, *, sleep: bool) -> Records:
     clock["opened_step"] = -1
     clock["links"] = links
     clock["sleep"] = sleep
-    clock["update_interval"] = settings.route_update_interval
-    clock["update_weight"] = settings.route_update_weight
-    clock["noise"] = settings.route_noise
+    clock["control_step"] = records.NEVER
+    clock["update_weight"] = weight_of_update(settings)
+    clock["logit_spread"] = settings.logit_spread if settings.route_choice == "logit" else 0.0
+    clock["no_cycles"] = settings.no_cycles
+    clock["deterministic"] = settings.deterministic
+    clock["noise"] = 0.0 if settings.deterministic else settings.route_noise
     clock["mean_speed"] = np.nan
     return clock
 

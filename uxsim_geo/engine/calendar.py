@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 
-from uxsim_geo.engine.link import next_green, opening_bound, platoon_at
+from uxsim_geo.engine.choice import may_choose
+from uxsim_geo.engine.link import is_origin, next_green, opening_bound, platoon_at
 from uxsim_geo.engine.records import World, kernel
 
 
@@ -32,24 +33,29 @@ def wait(w: World, q, step, horizon):
 def sleep_until(w: World, queue):
     """Time before which a blocked platoon cannot move, whatever it draws until then.
 
-    That is when the first of its out-links can open, and no later than the next update of routes.
-    Rounding must not make it too late: it is put a hair too early.
+    That is when the first of its out-links can open, and no later than the next update of routes
+    or change from outside. Rounding must not make it too late: it is put a hair too early.
     """
-    platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
-    update = w.links.clock[0]["update_step"] * w.links.clock[0]["step_length"]
-    bound = update
+    clock, v = w.links.clock[0], queue["end_node"]
+    platoon = platoon_at(w.links, queue, queue["left"])
+    latest = min(clock["update_step"], clock["control_step"]) * clock["step_length"]
+    bound = latest
     for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        if w.routes.weight[platoon["destination"], link] > 0.0:
+        if may_choose(w, queue, link):
             opens, _ = opening_bound(w.links, link, platoon["vehicles"])
             bound = min(bound, opens)
+    if w.routes.node[v]["headway"] > 0.0 and not is_origin(queue):
+        bound = max(bound, w.routes.node[v]["open"])
     bound = next_green(w.links, queue, max(queue["ready"], bound * (1.0 - 1e-11)))
-    return min(bound, update)
+    return min(bound, latest)
 
 
 @kernel
 def await_arrival(w: World, q, step):
     """See to it that the first platoon of link q is looked at when it is ready."""
     queue = w.links.queue[q]
+    if queue["ready"] == math.inf:  # its exit is closed
+        return
     target = step_of(w.links.clock[0], queue["ready"])
     if target <= step:
         mark(w, queue["end_node"])
@@ -82,6 +88,23 @@ def list_for(w: World, q, step):
     queue["listed_step"] = step
     queue["next"] = head
     w.calendar.bucket[step] = q
+
+
+@kernel
+def unlist(w: World, q):
+    """Take queue q out of the calendar."""
+    queue = w.links.queue[q]
+    step = queue["listed_step"]
+    if step < 0:
+        return
+    if w.calendar.bucket[step] == q:
+        w.calendar.bucket[step] = queue["next"]
+    else:
+        before = w.calendar.bucket[step]
+        while w.links.queue[before]["next"] != q:
+            before = w.links.queue[before]["next"]
+        w.links.queue[before]["next"] = queue["next"]
+    queue["listed_step"] = -1
 
 
 @kernel

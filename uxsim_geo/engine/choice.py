@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from uxsim_geo.engine.link import platoon_at
 from uxsim_geo.engine.random import CHOICE, draw
 from uxsim_geo.engine.records import ARRIVE, DEAD_END, World, kernel
@@ -23,23 +25,64 @@ def choose(w: World, q, step):
     if w.routes.destination[destination]["node"] == queue["end_node"]:
         queue["choice"] = ARRIVE
         return
-    total, options, only = add_up_weights(w, queue["end_node"], destination)
+    if w.routes.destination[destination]["given"]:
+        queue["choice"] = w.routes.given[w.log.trip[platoon["trip"]]["route"]]
+        queue["since_step"] = -1
+        return
+    trail = -1
+    if w.links.clock[0]["no_cycles"]:
+        trail = w.log.trip[platoon["trip"]]["trail"]
+    total, options, only = add_up_weights(w, queue["end_node"], destination, trail)
+    if options == 0 and trail >= 0:  # everywhere has been visited: then it does not count
+        trail = -1
+        total, options, only = add_up_weights(w, queue["end_node"], destination, trail)
     if options <= 1:
         queue["choice"] = only
         queue["since_step"] = -1
         return
-    chance = draw(platoon["key"], queue["key"], CHOICE, step)
-    queue["choice"] = pick(w, queue["end_node"], destination, chance * total)
+    mark = -1.0
+    if not w.links.clock[0]["deterministic"]:
+        mark = total * draw(platoon["key"], queue["key"], CHOICE, step)
+    queue["choice"] = pick(w, queue["end_node"], destination, trail, mark)
     if not (unbroken and queue["choice"] == before):
         queue["since_step"] = step
 
 
 @kernel
-def add_up_weights(w: World, v, destination):
+def weight_of(w: World, destination, link, trail):
+    """Give the weight of a link for a trip that has left this trail; none where it would return."""
+    weight = w.routes.weight[destination, link]
+    if trail >= 0 and weight > 0.0 and was_visited(w, w.links.queue[link]["end_node"], trail):
+        return np.float32(0.0)
+    return weight
+
+
+@kernel
+def was_visited(w: World, v, trail):
+    """Whether node v is in the trail."""
+    while trail >= 0:
+        if w.routes.trail[trail]["node"] == v:
+            return True
+        trail = w.routes.trail[trail]["before"]
+    return False
+
+
+@kernel
+def may_choose(w: World, queue, link):
+    """Whether the first platoon of a queue may choose this out-link, in this step or a later."""
+    platoon = platoon_at(w.links, queue, queue["left"])
+    destination = platoon["destination"]
+    if w.routes.destination[destination]["given"]:
+        return w.routes.given[w.log.trip[platoon["trip"]]["route"]] == link
+    return w.routes.weight[destination, link] > 0.0
+
+
+@kernel
+def add_up_weights(w: World, v, destination, trail):
     """Sum the weights of the out-links of node v; how many have any, and the last of them."""
     total, options, only = 0.0, 0, DEAD_END
     for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        weight = w.routes.weight[destination, link]
+        weight = weight_of(w, destination, link, trail)
         if weight > 0.0:
             total += weight
             options += 1
@@ -48,14 +91,19 @@ def add_up_weights(w: World, v, destination):
 
 
 @kernel
-def pick(w: World, v, destination, mark):
-    """Give the out-link in whose share of the summed weights the mark lies."""
-    picked, passed = DEAD_END, 0.0
+def pick(w: World, v, destination, trail, mark):
+    """Give the out-link in whose share of the summed weights the mark lies.
+
+    A mark below 0 picks the heaviest, of several the first.
+    """
+    picked, passed, heaviest = DEAD_END, 0.0, 0.0
     for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        weight = w.routes.weight[destination, link]
-        if weight > 0.0:
+        weight = weight_of(w, destination, link, trail)
+        if weight > 0.0 and mark >= 0.0:
             picked = link
             passed += weight
             if mark < passed:
                 break
+        elif weight > heaviest:
+            picked, heaviest = link, weight
     return picked

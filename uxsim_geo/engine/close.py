@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
+from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import advance_wave, opening, platoon_at, position
 from uxsim_geo.engine.records import World, kernel
+from uxsim_geo.engine.routes import find_free_flow_times
 
 
 @kernel
@@ -13,6 +15,7 @@ def finish_run(w: World):
     """End a run; False: the buffer of events is full, call again once it has room."""
     if w.links.clock[0]["swept"] == 0:  # not when called again
         find_locked(w)
+        find_free_flow_times(w)
     return write_remaining(w)
 
 
@@ -79,7 +82,7 @@ def may_move(w: World, queue):
     platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
     ways = False
     for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        if w.routes.weight[platoon["destination"], link] > 0.0:
+        if may_choose(w, queue, link):
             ways = True
             closed = opening(w.links, link, platoon["vehicles"]) == math.inf
             if not (closed and w.links.queue[link]["locked"]):

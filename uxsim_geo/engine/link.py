@@ -29,6 +29,12 @@ def platoon_at(links: Links, queue, number):
 
 
 @kernel
+def is_origin(queue):
+    """Whether a queue is an origin: it has no length."""
+    return queue["storage"] == 0.0
+
+
+@kernel
 def oldest_kept(queue):
     """Number of the first platoon whose exit can still matter to an entry."""
     return max(queue["hole"], 0)
@@ -115,7 +121,7 @@ def look_at_first(links: Links, queue):
     queue["ready"] = math.inf
     if queue["left"] < queue["entered"]:
         first = platoon_at(links, queue, queue["left"])
-        queue["ready"] = max(first["enter"] + queue["free_time"], queue["exit_open"])
+        queue["ready"] = max(first["exit"], queue["exit_open"])
     queue["due"] = queue["ready"]
     queue["choice"] = NOTHING
     queue["chosen_step"] = -1
@@ -147,7 +153,7 @@ def enter(links: Links, q, platoon, time):
     place["destination"] = platoon["destination"]
     place["vehicles"] = platoon["vehicles"]
     place["enter"] = time
-    place["exit"] = math.nan
+    place["exit"] = time + queue["free_time"]
     first = queue["left"] == queue["entered"]
     queue["entered"] += 1
     queue["vehicles_entered"] += platoon["vehicles"]
@@ -206,7 +212,9 @@ def position(links: Links, queue, road, number, exited, ahead, time):
     between it and this platoon. The platoon is at the least of free flow, the place behind those
     who have not felt any exit yet, and the way gone since that exit was felt.
     """
-    free = road["free_speed"] * (time - platoon_at(links, queue, number)["enter"])
+    platoon = platoon_at(links, queue, number)
+    gone_by = (time - platoon["enter"]) / (platoon["exit"] - platoon["enter"])
+    free = road["length"] * gone_by
     stands_at = road["length"] - road["spacing"] * ahead
     moves_at = math.inf
     if exited >= oldest_kept(queue):

@@ -6,10 +6,11 @@ import hashlib
 from pathlib import Path
 
 from uxsim_geo.engine.calendar import mark
+from uxsim_geo.engine.changes import find_ways, refresh_queues, sense_state, turn_away
 from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.node import visit
 from uxsim_geo.engine.records import Calendar, World, compiled, kernel
-from uxsim_geo.engine.routes import find_free_flow_times, update_routes
+from uxsim_geo.engine.routes import update_routes
 
 
 @kernel
@@ -68,15 +69,11 @@ def next_pending(calendar: Calendar, v):
 
 
 def _entry_points(sources: str):
-    """Give the functions that Python calls: prepare, run_until, finish, each of a world.
+    """Give the functions that Python calls, each of a world; compiled when first called.
 
     Compiled code is kept on disk under the function and the text that it encloses. They enclose
     the hash of all sources that are compiled, so a change in any of them is seen.
     """
-
-    @compiled
-    def prepare(w):
-        return len(sources) > 0 and find_free_flow_times(w)
 
     @compiled
     def run_until(w):
@@ -86,7 +83,23 @@ def _entry_points(sources: str):
     def finish(w):
         return len(sources) > 0 and finish_run(w)
 
-    return prepare, run_until, finish
+    @compiled
+    def sense(w, standing, waiting):
+        return len(sources) > 0 and sense_state(w, standing, waiting)
+
+    @compiled
+    def refresh(w, changed):
+        return len(sources) > 0 and refresh_queues(w, changed)
+
+    @compiled
+    def avoid(w, avoided):
+        return len(sources) > 0 and turn_away(w, avoided)
+
+    @compiled
+    def introduce(w, first):
+        return len(sources) > 0 and find_ways(w, first)
+
+    return run_until, finish, sense, refresh, avoid, introduce
 
 
 def _hash_of_sources() -> str:
@@ -98,5 +111,5 @@ def _hash_of_sources() -> str:
     return digest.hexdigest()
 
 
-#: see `find_free_flow_times`, `advance` and `finish_run`
-prepare, run_until, finish = _entry_points(_hash_of_sources())
+#: see `advance`, `finish_run`, `sense_state`, `refresh_queues`, `turn_away` and `find_ways`
+run_until, finish, sense, refresh, avoid, introduce = _entry_points(_hash_of_sources())

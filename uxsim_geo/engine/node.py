@@ -11,7 +11,15 @@ import math
 
 from uxsim_geo.engine.calendar import await_arrival, wait
 from uxsim_geo.engine.choice import choose
-from uxsim_geo.engine.link import enter, has_place, leave, next_green, opening, platoon_at
+from uxsim_geo.engine.link import (
+    enter,
+    has_place,
+    is_origin,
+    leave,
+    next_green,
+    opening,
+    platoon_at,
+)
 from uxsim_geo.engine.random import MERGE, draw
 from uxsim_geo.engine.records import ABORTED, ARRIVE, COMPLETED, RUNNING, World, kernel
 
@@ -62,6 +70,8 @@ def time_of_move(w: World, queue):
     vehicles = platoon_at(w.links, queue, queue["left"])["vehicles"]
     time = max(queue["ready"], opening(w.links, queue["choice"], vehicles))
     time = max(time, queue["since_step"] * w.links.clock[0]["step_length"])
+    if w.routes.node[queue["end_node"]]["headway"] > 0.0 and not is_origin(queue):
+        time = max(time, w.routes.node[queue["end_node"]]["open"])
     return next_green(w.links, queue, time)
 
 
@@ -82,23 +92,34 @@ def goes_before(w: World, q, other):
 
     Rivals for the same opening draw lots −ln(1−U) n/α; the smallest is that of a link with
     probability α / Σα, whoever else takes part. The vehicles n of the platoons weigh in so that
-    links share the flow by priority, whatever the sizes. Origins go before links.
+    links share the flow by priority, whatever the sizes. Without draws the lots are
+    n / (α (1 + openings lost)): links are served in turn, by priority. Origins go before links.
     """
     mine, theirs = w.links.queue[q], w.links.queue[other]
     if mine["feasible"] != theirs["feasible"]:
         return mine["feasible"] < theirs["feasible"]
-    if mine["choice"] != theirs["choice"] or mine["choice"] < 0:
+    if not are_rivals(w, mine, theirs["choice"]):
         return False
-    links = w.links.clock[0]["links"]
-    if q >= links or other >= links:
-        return q >= links
+    if is_origin(mine) or is_origin(theirs):
+        return is_origin(mine)
     return lot(w, mine) < lot(w, theirs)
+
+
+@kernel
+def are_rivals(w: World, queue, choice):
+    """Whether a queue wants the same opening as one that goes to `choice`: link or node."""
+    if queue["choice"] == choice:
+        return choice >= 0
+    limited = w.routes.node[queue["end_node"]]["headway"] > 0.0
+    return limited and queue["choice"] >= 0 and choice >= 0
 
 
 @kernel
 def lot(w: World, queue):
     """Draw the lot of the first platoon of a queue for the opening it waits for."""
     platoon = platoon_at(w.links, queue, queue["left"])
+    if w.links.clock[0]["deterministic"]:
+        return platoon["vehicles"] / (queue["merge_priority"] * (1 + queue["lost"]))
     chance = draw(platoon["key"], queue["key"], MERGE, queue["lost"])
     return -math.log(1.0 - chance) * platoon["vehicles"] / queue["merge_priority"]
 
@@ -107,7 +128,10 @@ def lot(w: World, queue):
 def has_room(w: World, q):
     """Whether the buffers have room for the move of queue q."""
     choice = w.links.queue[q]["choice"]
-    if w.links.clock[0]["events"] == w.log.event.size:
+    clock = w.links.clock[0]
+    if clock["events"] == w.log.event.size:
+        return False
+    if clock["no_cycles"] and clock["trail_used"] == w.routes.trail.size:
         return False
     return choice < 0 or has_place(w.links, choice)
 
@@ -121,6 +145,7 @@ def move(w: World, q, step):
     if choice >= 0:
         if enter(w.links, choice, platoon, time):
             await_arrival(w, choice, step)
+        follow(w, queue, platoon, time)
         if trip["status"] != RUNNING:
             trip["status"] = RUNNING
             trip["enter"] = time
@@ -133,6 +158,22 @@ def move(w: World, q, step):
         event["enter"], event["exit"] = platoon["enter"], time
         clock["events"] += 1
     leave(w.links, q, time)
+
+
+@kernel
+def follow(w: World, queue, platoon, time):
+    """Note what a platoon's way over a node leaves behind: capacity used, its route, its trail."""
+    clock, trip = w.links.clock[0], w.log.trip[platoon["trip"]]
+    node = w.routes.node[queue["end_node"]]
+    if node["headway"] > 0.0 and not is_origin(queue):
+        node["open"] = time + platoon["vehicles"] * node["headway"]
+    if trip["route"] >= 0:
+        trip["route"] += 1
+    if clock["no_cycles"]:
+        visited = w.routes.trail[clock["trail_used"]]
+        visited["node"], visited["before"] = queue["end_node"], trip["trail"]
+        trip["trail"] = clock["trail_used"]
+        clock["trail_used"] += 1
 
 
 @kernel
@@ -158,7 +199,7 @@ def renew_rivals(w: World, v, taken, time):
         return
     for place in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
         rival = w.links.queue[w.routes.into[place]]
-        if rival["feasible"] < math.inf and rival["choice"] == taken:
+        if rival["feasible"] < math.inf and are_rivals(w, rival, taken):
             if rival["feasible"] == time:
                 rival["lost"] += 1
             rival["feasible"] = time_of_move(w, rival)

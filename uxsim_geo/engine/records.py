@@ -30,7 +30,7 @@ PLATOON = np.dtype(
     [
         ("key", np.uint64),  # its random identity
         ("enter", np.float64),  # entered the link (origin: left home), s
-        ("exit", np.float64),  # left the link, s
+        ("exit", np.float64),  # left the link, s; until then: is at its end in free flow
         ("trip", np.int32),  # row of its trip
         ("destination", np.int32),  # position among the destinations
         ("vehicles", np.int32),
@@ -90,7 +90,8 @@ ROAD = np.dtype(
         ("spacing", np.float64),  # 1 / (m κ), m per vehicle
         ("lag", np.float64),  # τ / m, s per vehicle
         ("from_node", np.int32),
-        ("cost", np.int32),  # ms, at the last update of routes
+        ("to_node", np.int32),
+        ("cost", np.int32),  # ms, for the drivers at hand
     ],
     align=True,
 )
@@ -101,6 +102,8 @@ GREEN = np.dtype([("start", np.float64), ("end", np.float64)])
 NODE = np.dtype(
     [
         ("free_time", np.float64),  # s at free flow to the destination at hand
+        ("headway", np.float64),  # 1 / capacity of the node, s per vehicle; 0: no limit
+        ("open", np.float64),  # that capacity allows the next transfer from here on, s
         ("first_out", np.int32),  # its out-links: first_out to the next node's first_out
         ("first_in", np.int32),  # its in-links, then its origin: likewise in `Routes.into`
         ("through", np.int32),  # 0: trips may only start or end here
@@ -115,9 +118,31 @@ DESTINATION = np.dtype(
         ("outstanding", np.int64),  # vehicles under way to it, or to come
         ("first_trip", np.int64),  # where its trips begin in `Log.trips_by_destination`
         ("node", np.int32),
+        ("driver", np.int32),  # who goes there: a row of `Routes.driver`
+        ("given", np.int32),  # 1: their routes are given
+        ("known", np.int32),  # 1: a way has been looked for
     ],
     align=True,
 )
+
+#: drivers who see and pay the same, and so choose alike
+DRIVER = np.dtype(
+    [
+        ("key", np.uint64),  # random identity
+        ("interval", np.float64),  # between two updates of routes, s
+        ("delay", np.float64),  # age of the traffic that they see, s
+        ("update_step", np.int64),  # of the next update
+        ("observe_step", np.int64),  # of the next look at the traffic; NEVER: they do not look
+        ("updates", np.int64),
+        ("observations", np.int64),
+        ("first_row", np.int64),  # their ring in `Routes.observed`: where it begins,
+        ("rows", np.int64),  # and its rows; 0: they go by free-flow times
+    ],
+    align=True,
+)
+
+#: a node that a trip has come through, and where in the trail the one before it stands
+VISITED = np.dtype([("node", np.int32), ("before", np.int32)], align=True)
 
 TRIP = np.dtype(
     [
@@ -128,6 +153,8 @@ TRIP = np.dtype(
         ("covered", np.float64),  # of the link it is on at the end, m
         ("from_node", np.int32),
         ("status", np.int32),
+        ("route", np.int32),  # its next link in `Routes.given`; -1: it chooses
+        ("trail", np.int32),  # the last node it came through in `Routes.trail`; -1: none
     ],
     align=True,
 )
@@ -148,6 +175,7 @@ CLOCK = np.dtype(
         ("links", np.int64),
         ("platoons_used", np.int64),  # of the pool of rings
         ("pool_full", np.int64),  # 1: a ring could not grow
+        ("trail_used", np.int64),  # of `Routes.trail`
         ("events", np.int64),  # rows in the buffer
         ("pending", np.int64),  # nodes still to be visited in this step
         ("cursor", np.int64),  # the next of them is looked for from here on
@@ -156,11 +184,13 @@ CLOCK = np.dtype(
         ("sleep", np.int64),  # 0: blocked platoons try again in every step
         ("swept", np.int64),  # links whose remaining platoons have been written
         ("vehicles_locked", np.int64),
+        ("control_step", np.int64),  # until then nothing is changed from outside
         # routes
-        ("update_step", np.int64),  # of the next update
-        ("updates", np.int64),
-        ("update_interval", np.float64),
+        ("update_step", np.int64),  # of the next update, or look at the traffic, of any drivers
         ("update_weight", np.float64),
+        ("logit_spread", np.float64),  # s; 0: inertia instead
+        ("no_cycles", np.int64),  # 1: nobody returns to a node
+        ("deterministic", np.int64),  # 1: no draws
         ("noise", np.float64),
         ("mean_speed", np.float64),  # of the vehicles on the road at the last update, m/s
     ],
@@ -169,6 +199,8 @@ CLOCK = np.dtype(
 
 # choices that are no link
 NOTHING, ARRIVE, DEAD_END = -1, -2, -3
+
+NEVER = np.int64(2**62)  # a step that does not come
 
 # status of a trip
 WAITING, RUNNING, COMPLETED, ABORTED = 0, 1, 2, 3
@@ -191,6 +223,11 @@ class Routes(NamedTuple):
     into: np.ndarray  # (links + origins,) int64: queues ordered by the node they end at
     destination: np.ndarray  # (destinations + 1,) DESTINATION
     weight: np.ndarray  # (destinations, links) float32: B
+    driver: np.ndarray  # (drivers,) DRIVER
+    observed: np.ndarray  # (rows, links) float64: travel times that drivers have seen, s
+    extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
+    given: np.ndarray  # (n,) int32: given routes one after the other, links
+    trail: np.ndarray  # (n,) VISITED
     settled: np.ndarray  # (nodes,) int32: nodes in the order of their distance
     heap: np.ndarray  # (links + 1,) int64
 

@@ -1,7 +1,8 @@
 """Route choice: reactive dynamic user optimum with inertia (Seo 2023).
 
-At every update the instantaneous cost of each link is taken, one tree of fastest routes is made
-for every destination that somebody still wants to reach, and B ← (1−λ)B + λ·tree.
+At every update the instantaneous cost of each link is taken, one tree of cheapest routes is made
+for every destination that somebody still wants to reach, and B ← (1−λ)B + λ·tree. Drivers of
+different classes update at times of their own, from costs of their own.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import numpy as np
 
 from uxsim_geo.engine.link import advance_wave, platoon_at, position
 from uxsim_geo.engine.random import NOISE, draw
-from uxsim_geo.engine.records import Routes, World, kernel
+from uxsim_geo.engine.records import NEVER, Routes, World, kernel
 
 UNREACHED = np.int32(2**29)  # ms, 149 hours; the sum of two fits into 32 bits
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
@@ -20,35 +21,88 @@ _NODE_MASK = 2**32 - 1
 
 @kernel
 def update_routes(w: World, step):
-    """Bring the weights B of all destinations up to date with the traffic at this step."""
+    """Let all drivers whose time it is look at the traffic, and choose their routes anew."""
     clock = w.links.clock[0]
-    observe_costs(w, step * clock["step_length"])
-    share = clock["update_weight"] if clock["updates"] > 0 else 1.0
-    for destination in range(w.routes.destination.size - 1):
-        if w.routes.destination[destination]["outstanding"] > 0:
-            grow_tree(w.routes, w.routes.destination[destination]["node"])
-            blend_tree(w.routes, destination, share)
-    clock["updates"] += 1
-    next_time = clock["updates"] * clock["update_interval"]
-    clock["update_step"] = max(step + 1, int(np.ceil(next_time / clock["step_length"] - 1e-9)))
+    clock["update_step"] = NEVER
+    for number in range(w.routes.driver.size):
+        driver = w.routes.driver[number]
+        while driver["observe_step"] <= step:
+            observe_times(w, driver, step * clock["step_length"])
+            seen = driver["observations"] * driver["interval"] - driver["delay"]
+            driver["observe_step"] = first_step_from(clock, seen)
+        if driver["update_step"] <= step:
+            set_costs(w, number, driver["updates"])
+            renew_weights(w, number)
+            driver["updates"] += 1
+            next_time = driver["updates"] * driver["interval"]
+            driver["update_step"] = first_step_from(clock, next_time)
+        clock["update_step"] = min(
+            clock["update_step"], driver["observe_step"], driver["update_step"]
+        )
 
 
 @kernel
-def observe_costs(w: World, time):
-    """Set the cost of every link: its length over the mean speed of the vehicles on it, noisy."""
+def first_step_from(clock, time):
+    """Give the first step that begins at a time or later."""
+    return int(np.ceil(time / clock["step_length"] - 1e-9))
+
+
+@kernel
+def observe_times(w: World, driver, time):
+    """Note the instantaneous travel time of every link: length over mean speed of who is on it."""
     clock = w.links.clock[0]
+    row = driver["first_row"] + driver["observations"] % driver["rows"]
     all_vehicles, all_moving = 0.0, 0.0
     for link in range(clock["links"]):
-        road = w.routes.road[link]
         vehicles, moving = observe(w, link, time)
         all_vehicles += vehicles
-        all_moving += moving * road["free_speed"]
+        all_moving += moving * w.routes.road[link]["free_speed"]
         share = moving / vehicles if vehicles > 0.0 else 1.0
-        queue = w.links.queue[link]
-        chance = draw(clock["seed"], queue["key"], NOISE, clock["updates"])
-        cost = queue["free_time"] / max(share, _STANDSTILL) * (1.0 + clock["noise"] * chance)
-        road["cost"] = in_milliseconds(cost)
+        w.routes.observed[row, link] = w.links.queue[link]["free_time"] / max(share, _STANDSTILL)
     clock["mean_speed"] = all_moving / all_vehicles if all_vehicles > 0.0 else np.nan
+    driver["observations"] += 1
+
+
+@kernel
+def set_costs(w: World, number, update):
+    """Set what every link costs these drivers at an update: (1 + noise) time, and the rest."""
+    clock, driver = w.links.clock[0], w.routes.driver[number]
+    for link in range(clock["links"]):
+        queue = w.links.queue[link]
+        time = queue["free_time"]
+        if driver["rows"] > 0:
+            row = driver["first_row"] + update % driver["rows"]
+            time = w.routes.observed[row, link]
+        chance = draw(driver["key"], queue["key"], NOISE, update)
+        cost = time * (1.0 + clock["noise"] * chance) + w.routes.extra[number, link]
+        w.routes.road[link]["cost"] = in_milliseconds(cost)
+
+
+@kernel
+def renew_weights(w: World, number):
+    """Renew the weights B of all destinations that these drivers are still bound for."""
+    for place in range(w.routes.destination.size - 1):
+        destination = w.routes.destination[place]
+        if (
+            destination["driver"] == number
+            and destination["outstanding"] > 0
+            and not destination["given"]
+        ):
+            renew_destination(w, place)
+
+
+@kernel
+def renew_destination(w: World, place):
+    """Renew the weights B of one destination by the costs at hand."""
+    clock, destination = w.links.clock[0], w.routes.destination[place]
+    grow_tree(w.routes, destination["node"])
+    if clock["logit_spread"] > 0.0:
+        spread_tree(w.routes, place, clock["logit_spread"])
+    elif destination["known"]:
+        blend_tree(w.routes, place, clock["update_weight"])
+    else:
+        blend_tree(w.routes, place, 1.0)
+    destination["known"] = 1
 
 
 @kernel
@@ -158,6 +212,25 @@ def blend_tree(routes: Routes, destination, share):
         weight = routes.weight[destination, link] * keep
         if routes.node[routes.road[link]["from_node"]]["toward"] == link:
             weight += add
+        routes.weight[destination, link] = weight
+
+
+@kernel
+def spread_tree(routes: Routes, destination, spread):
+    """Give links that lead nearer the weight exp(−detour / spread), for one destination.
+
+    The detour is what the way over the link costs more than the best from its start (a logit
+    choice at every node, on the links of Dial 1971 that lead nearer).
+    """
+    target = routes.destination[destination]["node"]
+    for link in range(routes.road.size):
+        road = routes.road[link]
+        start, end = routes.node[road["from_node"]], routes.node[road["to_node"]]
+        weight = 0.0
+        leads_on = end["through"] or road["to_node"] == target
+        if leads_on and end["distance"] < start["distance"] and road["cost"] < UNREACHED:
+            detour = road["cost"] + end["distance"] - start["distance"]
+            weight = np.exp(-detour / (1000.0 * spread))
         routes.weight[destination, link] = weight
 
 

@@ -10,19 +10,22 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.control.signals import Signal, check_signals
+from uxsim_geo.control.drivers import DriverClass
+from uxsim_geo.control.levers import Levers
+from uxsim_geo.control.site import Measure
+from uxsim_geo.control.traffic import Traffic
 from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import Demand
-from uxsim_geo.demand.platoons import Platoons, make_platoons, weighted_counts
+from uxsim_geo.engine.additions import add_platoons, platoons_to_add
 from uxsim_geo.engine.arrays import build_world
-from uxsim_geo.engine.loop import finish, prepare, run_until
+from uxsim_geo.engine.loop import finish, introduce, refresh, run_until
 from uxsim_geo.engine.records import World
-from uxsim_geo.network.check import check_network
+from uxsim_geo.engine.setting import Setting, set_up
+from uxsim_geo.engine.tables import event_table, limit_table, tolls_paid, trip_table
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Progress, Result
 from uxsim_geo.settings import Settings
 
-STATUS = ("waiting", "running", "completed", "aborted")
 _REPORTS = 100  # of progress, in a run that is watched
 
 Records = npt.NDArray[Any]
@@ -33,73 +36,134 @@ def simulate(
     demand: Demand,
     settings: Settings,
     *,
-    signals: Sequence[Signal] = (),
+    control: Sequence[Measure] = (),
+    classes: Sequence[DriverClass] = (),
     progress: Callable[[Progress], None] | None = None,
     sleep: bool = True,
 ) -> Result:
-    """Simulate a demand on a network until ``settings.duration``, under some signals.
+    """Simulate a demand on a network until ``settings.duration``, under some measures of control.
 
-    ``progress`` is called about a hundred times with the state of the run. ``sleep`` lets blocked
-    platoons rest until something can change for them; False tries them again in every step, which
-    is slower and gives the same result, to the bit.
+    ``control`` are measures of ``uxsim_geo.control``; ``classes`` the classes of drivers that the
+    demand names. ``progress`` is called about a hundred times with the state of the run.
+    ``sleep`` lets blocked platoons rest until something can change for them; False tries them
+    again in every step, which is slower and gives the same result, to the bit.
 
-    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables.
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, or with the
+    control.
     """
-    check_network(network)
-    check_demand(demand, network)
-    links = network.links
-    ends = zip(links["link_id"].astype(str), links["to_node_id"].astype(str), strict=True)
-    check_signals(signals, dict(ends))
-    platoons = make_platoons(demand, settings)
-    simulation = Simulation(network, platoons, settings, signals, sleep=sleep)
+    simulation = Simulation(
+        network, demand, settings, control=control, classes=classes, sleep=sleep
+    )
     reports = 1 if progress is None else _REPORTS
     for report in range(1, reports + 1):
-        simulation.advance(simulation.steps * report // reports)
+        simulation.advance(settings.duration * report / reports)
         if progress is not None:
             progress(simulation.progress())
     return simulation.result()
 
 
 class Simulation:
-    """One run: its world of records, and the events that have left it."""
+    """One run, piece by piece: advance, look, change, advance.
+
+    Pieces of any length give the same result as one, to the bit. Raises
+    :class:`uxsim_geo.errors.InputError` with all that is wrong with what it is given.
+    """
 
     def __init__(
         self,
         network: Network,
-        platoons: Platoons,
+        demand: Demand,
         settings: Settings,
-        signals: Sequence[Signal] = (),
         *,
+        control: Sequence[Measure] = (),
+        classes: Sequence[DriverClass] = (),
         sleep: bool = True,
     ) -> None:
         self.network = network
-        self.platoons = platoons
         self.settings = settings
+        self.setting: Setting = set_up(network, demand, settings, control, classes)
+        self.platoons = self.setting.platoons
         self.wall_s = 0.0
-        self.world, self.row_of_link = build_world(
-            network, platoons, settings, signals, sleep=sleep
+        self.world = build_world(
+            network,
+            self.platoons,
+            self.setting.wishes_of(self.platoons),
+            self.setting.driver_records(),
+            settings,
+            sleep=sleep,
         )
+        self.steering = self.setting.steering
+        plans = self.steering.application.plans
+        self.world = self.world._replace(links=self.world.links._replace(green=plans.greens))
+        self.steering.application.start(self.world, self.steering.levers)
         self._events: list[Records] = []
-        self._call(prepare)
+        self._acted_step = -1  # the last step at whose start rules have been called
+        self._touched = False  # whether somebody may have written to the levers
         self._call(run_until)  # up to step 0: compiles, where that has to be done, before the clock
 
     @property
-    def steps(self) -> int:
-        """Steps from the start to the end."""
-        return int(self.world.calendar.bucket.size)
+    def time(self) -> float:
+        """How far the run has come, s after the start."""
+        clock = self.world.links.clock[0]
+        return min(float(clock["step"] * clock["step_length"]), self.settings.duration)
 
-    def advance(self, until_step: int) -> None:
-        """Run up to the start of a step."""
+    @property
+    def finished(self) -> bool:
+        """Whether the run has come to its end."""
+        return int(self.world.links.clock[0]["step"]) >= self.world.calendar.bucket.size
+
+    @property
+    def levers(self) -> Levers:
+        """What is set now; what is written here takes effect when the run goes on."""
+        self._touched = True
+        return self.steering.levers
+
+    @property
+    def traffic(self) -> Traffic:
+        """The state of the network now."""
+        return self.steering.look(self.world, self.time)
+
+    def advance(self, until: float) -> None:
+        """Run up to the start of the first step at or after a time, s; at most to the end."""
         started = time.perf_counter()
-        self.world.links.clock["until_step"] = until_step
-        self._call(run_until)
+        clock = self.world.links.clock
+        steps = int(self.world.calendar.bucket.size)
+        target = min(int(np.ceil(until / self.settings.step - 1e-9)), steps)
+        if self._touched and clock["step"][0] < target:
+            self.steering.apply_outside(self.world, int(clock["step"][0]))
+            self._touched = False
+        while clock["step"][0] < target:
+            step = int(clock["step"][0])
+            if step > self._acted_step and self.steering.next_due(step) == step:
+                self.steering.act(self.world, step)
+                self._acted_step = step
+            due = self.steering.next_due(step + 1)
+            clock["control_step"] = due
+            clock["until_step"] = min(target, due)
+            self._call(run_until)
         self.wall_s += time.perf_counter() - started
+
+    def add(self, demand: Demand) -> None:
+        """Add demand during the run: it leaves home when it says, from now on.
+
+        Who is added chooses by the costs of the last update of routes, like everybody else.
+        Raises :class:`InputError` with all that is wrong with it; then nothing is added.
+        """
+        check_demand(demand, self.network)
+        added = platoons_to_add(demand, self.settings, self.platoons, self.time)
+        self.setting.check_demand(demand)
+        wishes = self.setting.wishes_of(added)
+        first = self.world.routes.destination.size - 1
+        self.world, origins = add_platoons(self.world, added, wishes, self.network)
+        self.platoons = self.platoons.joined(added)
+        self._call(lambda world: introduce(world, first))
+        self._call(lambda world: refresh(world, origins))
 
     def progress(self) -> Progress:
         """Say where the run stands."""
         clock = self.world.links.clock[0]
         return Progress(
-            time=min(float(clock["step"] * clock["step_length"]), self.settings.duration),
+            time=self.time,
             duration=self.settings.duration,
             vehicles_running=int(clock["vehicles_running"]),
             vehicles_completed=int(clock["vehicles_completed"]),
@@ -107,74 +171,65 @@ class Simulation:
         )
 
     def result(self) -> Result:
-        """End the run and give its tables."""
+        """Give the tables of the run so far; it can go on afterwards."""
+        running, kept = self.world, list(self._events)
+        free_time = self.setting.site.length / self.setting.site.free_speed
+        self.world = _copy_to_finish(running, self.time, free_time[self.setting.row_of_link])
         self._call(finish)
         self._take_events()
-        events = np.concatenate(self._events)
-        clock = self.world.links.clock[0]
+        world, events = self.world, np.concatenate(self._events)
+        self.world, self._events = running, kept
+        link_ids = pd.Index(self.setting.site.link_ids)
+        order = self.setting.row_of_link
+        changes = self.steering.changes
+        tolls = [(at, now["toll"]) for at, now in changes if "toll" in now]
+        limits = [(at, now["speed_limit"]) for at, now in changes if "speed_limit" in now]
+        paid = tolls_paid(events, len(world.log.trip), order, tolls)
+        paid *= self.setting.toll_factors(self.platoons)
         return Result(
-            events=self._event_table(events),
-            trips=self._trip_table(events),
+            events=event_table(events, order, link_ids),
+            trips=trip_table(world, self.platoons, events, paid),
             settings=self.settings,
             engine_wall_s=self.wall_s,
-            locked_vehicles=int(clock["vehicles_locked"]),
+            locked_vehicles=int(world.links.clock[0]["vehicles_locked"]),
+            notes=self.steering.notes(world),
+            speed_limits=limit_table(limits, self.setting.site.free_speed, link_ids),
         )
 
     def _call(self, task: Callable[[World], bool]) -> None:
-        """Have the kernels do a task; empty the events and widen the rings as often as needed."""
+        """Have the kernels do a task; empty and widen buffers as often as needed."""
         with np.errstate(all="ignore"):  # hashes overflow by design; matters without the JIT only
             while not task(self.world):
                 self._take_events()
-                if self.world.links.clock["pool_full"][0]:
-                    self._widen_pool()
+                self.world = _widened(self.world)
 
     def _take_events(self) -> None:
         clock = self.world.links.clock[0]
         self._events.append(self.world.log.event[: clock["events"]].copy())
         clock["events"] = 0
 
-    def _widen_pool(self) -> None:
-        """Give the pool of rings as much again."""
-        links = self.world.links
+
+def _widened(world: World) -> World:
+    """Give the pool of rings, or the trail, as much again where it is full."""
+    links, routes, clock = world.links, world.routes, world.links.clock[0]
+    if clock["pool_full"]:
+        clock["pool_full"] = 0
         pool = np.concatenate([links.platoon, np.empty_like(links.platoon)])
-        self.world = self.world._replace(links=links._replace(platoon=pool))
-        self.world.links.clock["pool_full"] = 0
+        world = world._replace(links=links._replace(platoon=pool))
+    if clock["no_cycles"] and clock["trail_used"] == routes.trail.size:
+        trail = np.concatenate([routes.trail, np.empty_like(routes.trail)])
+        world = world._replace(routes=routes._replace(trail=trail))
+    return world
 
-    def _event_table(self, events: Records) -> pd.DataFrame:
-        links = pd.Index(self.network.links["link_id"].astype(str))
-        return pd.DataFrame(
-            {
-                "vehicle": events["trip"],
-                "link": pd.Categorical.from_codes(
-                    self.row_of_link[events["link"]], categories=links
-                ),
-                "enter_s": events["enter"],
-                "exit_s": events["exit"],
-            }
-        )
 
-    def _trip_table(self, events: Records) -> pd.DataFrame:
-        platoons, trip = self.platoons, self.world.log.trip
-        nodes = pd.Index(platoons.node_ids)
-        status = pd.Categorical.from_codes(trip["status"], categories=pd.Index(STATUS))
-        return pd.DataFrame(
-            {
-                "vehicle": np.arange(trip.size, dtype=np.int32),
-                "origin": pd.Categorical.from_codes(platoons.origin, categories=nodes),
-                "destination": pd.Categorical.from_codes(platoons.destination, categories=nodes),
-                "number": platoons.number.astype(np.int32),
-                "depart_s": trip["depart"],
-                "enter_s": trip["enter"],
-                "arrive_s": trip["arrive"],
-                "status": status,
-                "vehicles": platoons.vehicles.astype(np.int32),
-                "distance_m": trip["covered"] + self._lengths_of_links_done(events),
-                "free_time_s": np.where(np.isinf(trip["free_time"]), np.nan, trip["free_time"]),
-                "toll": np.zeros(trip.size),
-            }
-        )
-
-    def _lengths_of_links_done(self, events: Records) -> npt.NDArray[np.float64]:
-        done = events[~np.isnan(events["exit"])]
-        metres = self.world.routes.road["length"][done["link"]]
-        return weighted_counts(done["trip"], metres, self.world.log.trip.size)
+def _copy_to_finish(world: World, now: float, free_time: npt.NDArray[np.float64]) -> World:
+    """Copy what the end of a run writes; ``free_time`` of links is that without control, s."""
+    links, routes, log = world.links, world.routes, world.log
+    clock, queue, trip = links.clock.copy(), links.queue.copy(), log.trip.copy()
+    clock["end"] = now
+    queue["free_time"][: free_time.size] = free_time
+    return world._replace(
+        links=links._replace(clock=clock, queue=queue),
+        routes=routes._replace(road=routes.road.copy(), node=routes.node.copy()),
+        log=log._replace(trip=trip, event=log.event.copy()),
+    )

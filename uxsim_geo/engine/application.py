@@ -1,0 +1,191 @@
+"""Levers put into effect: what control has changed, written into the records of the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from uxsim_geo.control.levers import Levers
+from uxsim_geo.control.site import Site
+from uxsim_geo.engine.loop import avoid, refresh
+from uxsim_geo.engine.plans import Plans
+from uxsim_geo.engine.population import Drivers
+from uxsim_geo.engine.records import World
+
+#: s: what a closed link costs at least, so that it is chosen only where there is no other way
+_CLOSED_COST = 86_400.0
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Records = npt.NDArray[Any]
+
+
+@dataclass
+class Gate:
+    """One end of every link, in the order of the engine: what passes it, and when again.
+
+    headway
+        s per vehicle
+    held
+        nobody passes
+    opens
+        s: where held, when the capacity used so far would let the next one pass
+    """
+
+    field: str
+    headway: Floats
+    held: npt.NDArray[np.bool_]
+    opens: Floats
+
+    @classmethod
+    def of(cls, field: str, headway: Floats) -> Gate:
+        """Describe a gate that is open: ``field`` is entry or exit."""
+        return cls(field, headway.copy(), np.zeros(headway.size, bool), np.zeros(headway.size))
+
+    def set(
+        self, link: Records, capacity: Floats, closed: npt.NDArray[np.bool_], time: float
+    ) -> Ints:
+        """Give every link a new capacity (veh/s) at this gate; returns the links that changed.
+
+        Capacity that has gone by since the last passage counts at the rate that was in force.
+        """
+        held = closed | (capacity <= 0)
+        headway = np.divide(1.0, capacity, out=self.headway.copy(), where=capacity > 0)
+        changed = np.flatnonzero((headway != self.headway) | (held != self.held))
+        if changed.size == 0:
+            return changed
+        name = f"{self.field}_open"
+        opens = np.where(self.held[changed], self.opens[changed], link[name][changed])
+        left = np.maximum(opens - time, 0.0)
+        ratio = headway[changed] / self.headway[changed]
+        opens = np.where(left > 0, time + left * ratio, opens)
+        self.headway, self.held = headway, held
+        self.opens[changed] = opens
+        link[name][changed] = np.where(held[changed], np.inf, opens)
+        link[f"{self.field}_headway"][changed] = headway[changed]
+        return changed
+
+
+class Application:
+    """Brings the world of the engine in line with the levers.
+
+    applied
+        what is in effect now, in the order of the tables
+    """
+
+    def __init__(
+        self,
+        site: Site,
+        drivers: Sequence[Drivers],
+        plans: Plans,
+        row_of_link: Ints,
+        levers: Levers,
+    ) -> None:
+        self.site = site
+        self.plans = plans
+        self.row_of_link = row_of_link
+        self.applied = levers.copy()
+        headway = 1.0 / site.capacity[row_of_link]
+        self.gates = (Gate.of("entry", headway), Gate.of("exit", headway))
+        self._class_of = np.array([one.class_number for one in drivers])
+        self._per_currency = np.array([one.toll_factor * one.cost_per_currency for one in drivers])[
+            :, None
+        ]
+        distance = np.array([one.cost_per_metre for one in drivers])[:, None]
+        self._distance_cost = distance * site.length[row_of_link]
+        self._follows = np.array([one.compliant for one in drivers], float)[:, None]
+        lanes_density = site.lanes * site.jam_density
+        # of the triangular diagram: Q = m u κ / (1 + u τ κ), from Q at the free speed
+        self._lag = lanes_density / site.capacity - 1.0 / site.free_speed
+
+    def start(self, world: World, levers: Levers) -> None:
+        """Put in what holds before the first step."""
+        world.routes.extra[...] = self._extra_costs(levers)
+
+    def apply(self, world: World, levers: Levers, time: float, *, at_once: bool) -> set[str]:
+        """Put all changes into effect from this time on; returns the quantities that changed.
+
+        ``at_once``: nobody knew that something could change now, so that all who are blocked have
+        to look again.
+        """
+        changed = levers.differences(self.applied)
+        if not changed:
+            return changed
+        if changed & {"exit_capacity", "entry_capacity", "exit_closed", "entry_closed"} or (
+            "speed_limit" in changed
+        ):
+            self._set_gates(world, levers, time)
+        link = world.links.queue[: self.row_of_link.size]
+        if "merge_priority" in changed:
+            link["merge_priority"] = levers.merge_priority[self.row_of_link]
+        if "node_capacity" in changed:
+            self._set_node_capacities(world.routes.node[:-1], levers, time)
+        if changed & {"plan", "phase"}:
+            self.plans.put(link, levers, self.applied, time)
+        if changed & {"toll", "advice", "banned", "entry_closed", "entry_capacity"}:
+            self._set_costs(world, levers)
+        self.applied = levers.copy()
+        if at_once:
+            refresh(world, np.arange(world.links.queue.size))
+        return changed
+
+    def _set_gates(self, world: World, levers: Levers, time: float) -> None:
+        order, link = self.row_of_link, world.links.queue[: self.row_of_link.size]
+        speed = np.minimum(levers.speed_limit, self.site.free_speed)
+        limited = speed < self.site.free_speed
+        lanes_density = self.site.lanes * self.site.jam_density
+        most = np.where(limited, lanes_density / (self._lag + 1.0 / speed), np.inf)
+        if (speed != self.applied.speed_limit).any() or limited.any():
+            world.routes.road["free_speed"] = speed[order]
+            link["free_time"] = world.routes.road["length"] / speed[order]
+        changed = {}
+        for gate in self.gates:
+            capacity = getattr(levers, f"{gate.field}_capacity")
+            capacity = np.where(np.isinf(capacity), self.site.capacity, capacity)
+            closed = getattr(levers, f"{gate.field}_closed")
+            capacity = np.minimum(capacity, most)[order]
+            changed[gate.field] = gate.set(link, capacity, closed[order], time)
+        refresh(world, changed["exit"])
+
+    def _set_node_capacities(self, node: Records, levers: Levers, time: float) -> None:
+        """As gates, but that a capacity of inf is a headway of 0."""
+        changed = np.flatnonzero(levers.node_capacity != self.applied.node_capacity)
+        capacity, before = levers.node_capacity[changed], self.applied.node_capacity[changed]
+        left = np.maximum(node["open"][changed] - time, 0.0)
+        # a node that was closed, or had no limit, has nothing left of an earlier headway
+        had_limit = (before > 0) & (before < np.inf) & (left < np.inf)
+        ratio = np.where(had_limit, before, 0.0) / np.where(capacity > 0, capacity, 1.0)
+        left = np.where(had_limit, left, 0.0)
+        node["open"][changed] = np.where(capacity > 0, time + left * ratio, np.inf)
+        node["headway"][changed] = 1.0 / np.where(capacity > 0, capacity, 1.0)
+
+    def _set_costs(self, world: World, levers: Levers) -> None:
+        before = self._avoided(self.applied)
+        world.routes.extra[...] = self._extra_costs(levers)
+        newly = self._avoided(levers) & ~before
+        if newly.any():
+            avoid(world, np.ascontiguousarray(newly.astype(np.uint8)))
+
+    def _avoided(self, levers: Levers) -> npt.NDArray[np.bool_]:
+        """Say which links which drivers cannot enter; shape (drivers, links)."""
+        closed = levers.entry_closed | (levers.entry_capacity <= 0)
+        avoided: npt.NDArray[np.bool_] = (levers.banned[self._class_of] | closed)[
+            :, self.row_of_link
+        ]
+        return avoided
+
+    def _extra_costs(self, levers: Levers) -> Floats:
+        """Work out what links cost beside their time, s; shape (drivers, links)."""
+        closed = levers.entry_closed | (levers.entry_capacity <= 0)
+        cost = (
+            self._per_currency * levers.toll
+            + self._follows * levers.advice[self._class_of]
+            + _CLOSED_COST * closed
+        )
+        cost = np.where(levers.banned[self._class_of], np.inf, cost)
+        extra: Floats = cost[:, self.row_of_link] + self._distance_cost
+        return extra

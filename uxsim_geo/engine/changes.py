@@ -1,0 +1,124 @@
+"""What control needs of the engine: a look at the state, and things changed from outside.
+
+All of it happens between two steps: what is changed holds from the step to come.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from uxsim_geo.engine.calendar import list_for, step_of, unlist
+from uxsim_geo.engine.link import platoon_at
+from uxsim_geo.engine.records import World, kernel
+from uxsim_geo.engine.routes import grow_tree, observe, renew_destination, set_costs
+
+
+@kernel
+def sense_state(w: World, standing, waiting):
+    """Count the vehicles that stand on every link, and those that wait to enter at every node."""
+    clock = w.links.clock[0]
+    time = clock["step"] * clock["step_length"]
+    for link in range(clock["links"]):
+        vehicles, moving = observe(w, link, time)
+        standing[link] = vehicles - moving
+    for origin in range(clock["links"], w.links.queue.size):
+        queue = w.links.queue[origin]
+        vehicles = 0
+        for number in range(queue["left"], queue["entered"]):
+            platoon = platoon_at(w.links, queue, number)
+            if platoon["enter"] > time:
+                break
+            vehicles += platoon["vehicles"]
+        waiting[queue["end_node"]] = vehicles
+    return True
+
+
+@kernel
+def refresh_queues(w: World, changed):
+    """List queues anew whose first platoon may now leave earlier, or later, than it could."""
+    clock = w.links.clock[0]
+    for place in range(changed.size):
+        q = changed[place]
+        queue = w.links.queue[q]
+        unlist(w, q)
+        queue["ready"] = math.inf
+        if queue["left"] < queue["entered"]:
+            first = platoon_at(w.links, queue, queue["left"])
+            queue["ready"] = max(first["exit"], queue["exit_open"])
+        queue["due"] = queue["ready"]
+        if queue["ready"] < math.inf:
+            list_for(w, q, max(step_of(clock, queue["ready"]), clock["step"]))
+    return True
+
+
+@kernel
+def turn_away(w: World, avoided):
+    """Take the weight off links that drivers can no longer enter; shape (drivers, links).
+
+    Where no other out-link is left, the cheapest way on by the costs of the last update takes
+    its place, which may be the same link: then they wait for it.
+    """
+    for number in range(w.routes.driver.size):
+        has_costs = False
+        for place in range(w.routes.destination.size - 1):
+            destination = w.routes.destination[place]
+            if destination["driver"] != number or not destination["known"]:
+                continue
+            if strand(w, place, avoided[number]):
+                if not has_costs:
+                    set_costs(w, number, last_update(w, number))
+                    has_costs = True
+                grow_tree(w.routes, destination["node"])
+                lead_on(w, place, avoided[number])
+    return True
+
+
+@kernel
+def strand(w: World, place, avoided):
+    """Take away the weights of avoided links; whether some node has lost all that it had."""
+    stranded = False
+    for link in range(avoided.size):
+        if avoided[link] and w.routes.weight[place, link] > 0.0:
+            w.routes.weight[place, link] = 0.0
+            if weight_from(w, place, w.routes.road[link]["from_node"]) == 0.0:
+                stranded = True
+    return stranded
+
+
+@kernel
+def lead_on(w: World, place, avoided):
+    """Give nodes that have lost all their weights that of the tree at hand."""
+    for link in range(avoided.size):
+        v = w.routes.road[link]["from_node"]
+        toward = w.routes.node[v]["toward"]
+        if avoided[link] and toward >= 0 and weight_from(w, place, v) == 0.0:
+            w.routes.weight[place, toward] = 1.0
+
+
+@kernel
+def weight_from(w: World, place, v):
+    """Sum the weights of the out-links of node v."""
+    total = np.float32(0.0)
+    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
+        total += w.routes.weight[place, link]
+    return total
+
+
+@kernel
+def last_update(w: World, number):
+    """Give the number of the update that these drivers have made last."""
+    return max(w.routes.driver[number]["updates"] - 1, 0)
+
+
+@kernel
+def find_ways(w: World, first):
+    """Find the ways to destinations that are new during a run, from this place on, at once."""
+    for place in range(first, w.routes.destination.size - 1):
+        destination = w.routes.destination[place]
+        number = destination["driver"]
+        if w.routes.driver[number]["updates"] > 0 and not destination["given"]:
+            set_costs(w, number, last_update(w, number))
+            renew_destination(w, place)
+    return True

@@ -1,0 +1,190 @@
+"""What a run is set up with: classes of drivers, given routes, rules of control."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from uxsim_geo.control.drivers import DriverClass
+from uxsim_geo.control.guidance import EnforcedRoute
+from uxsim_geo.control.site import Measure, Site
+from uxsim_geo.demand.check import check_demand
+from uxsim_geo.demand.demand import Demand
+from uxsim_geo.demand.platoons import Floats, Ints, Platoons, class_of_rows, make_platoons
+from uxsim_geo.draws import ENFORCED, combine, unit
+from uxsim_geo.engine.application import Application
+from uxsim_geo.engine.arrays import Wishes, order_of_links
+from uxsim_geo.engine.binding import bind, site_of
+from uxsim_geo.engine.plans import Plans
+from uxsim_geo.engine.population import (
+    Drivers,
+    complete_classes,
+    driver_records,
+    drivers_of_platoons,
+    part_into_drivers,
+)
+from uxsim_geo.engine.steering import Steering, base_levers
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.check import check_network
+from uxsim_geo.network.network import Network
+from uxsim_geo.settings import Settings
+
+Records = npt.NDArray[Any]
+
+
+@dataclass
+class Setting:
+    """All of a run that does not change while it goes on, and its control.
+
+    row_of_link
+        rows of the links table, in the order of the engine
+    given
+        given routes one after the other, links in the order of the engine; they may grow
+    """
+
+    settings: Settings
+    site: Site
+    classes: list[DriverClass]
+    drivers: list[Drivers]
+    enforced: list[EnforcedRoute]
+    row_of_link: Ints
+    platoons: Platoons
+    steering: Steering
+    given: Ints
+
+    def driver_records(self) -> Records:
+        """Make the records of the drivers."""
+        return driver_records(self.drivers, self.classes, self.settings)
+
+    def toll_factors(self, platoons: Platoons) -> Floats:
+        """Return what share of a toll every platoon pays; shape (platoons,)."""
+        factor = {one.name: one.toll_factor for one in self.classes}
+        return np.array([factor[name] for name in platoons.class_names])[platoons.driver_class]
+
+    def check_demand(self, demand: Demand) -> None:
+        """Raise where a demand names classes that there are not, or routes that lead nowhere."""
+        faults = Faults("demand")
+        add_class_faults(demand, self.classes, faults)
+        add_route_faults(demand, self.site, faults)
+        faults.raise_if_any()
+
+    def wishes_of(self, platoons: Platoons) -> Wishes:
+        """Work out who the drivers of platoons are, and which way they want to go."""
+        nodes = np.array([self.site.node_position[name] for name in platoons.node_ids], np.int64)
+        driver = drivers_of_platoons(self.drivers, self.classes, platoons)
+        routes = list(platoons.routes)
+        route = platoons.route.copy()
+        for number, enforced in enumerate(self.enforced):
+            held = self._held_to(enforced, number, platoons) & (route < 0)
+            route[held] = len(routes)
+            routes.append(enforced.links)
+        begin = self._lay_down(routes)
+        return Wishes(
+            destination=nodes[platoons.destination],
+            driver=driver,
+            route=np.where(route >= 0, np.append(begin, -1)[route], -1),
+            given=self.given,
+        )
+
+    def _held_to(
+        self, enforced: EnforcedRoute, number: int, platoons: Platoons
+    ) -> npt.NDArray[np.bool_]:
+        """Say which platoons drive an enforced route."""
+        names = platoons.node_ids
+        here = (names[platoons.origin] == enforced.origin) & (
+            names[platoons.destination] == enforced.destination
+        )
+        in_time = (platoons.depart >= enforced.begin) & (platoons.depart < enforced.end)
+        classes = np.array(
+            [not enforced.classes or name in enforced.classes for name in platoons.class_names]
+        )
+        with np.errstate(over="ignore"):  # hashes overflow by design
+            chance = unit(combine(combine(platoons.key, ENFORCED), np.uint64(number)))
+        held: npt.NDArray[np.bool_] = (
+            here & in_time & classes[platoons.driver_class] & (chance < enforced.share)
+        )
+        return held
+
+    def _lay_down(self, routes: Sequence[Sequence[str]]) -> Ints:
+        """Add routes to those given; returns where each of them begins."""
+        position_of_row = np.argsort(self.row_of_link)
+        sizes = np.array([len(route) for route in routes], np.int64)
+        rows = [self.site.link_position[link_id] for route in routes for link_id in route]
+        begin: Ints = self.given.size + np.cumsum(sizes) - sizes
+        self.given = np.concatenate([self.given, position_of_row[np.array(rows, np.int64)]])
+        return begin
+
+
+def set_up(
+    network: Network,
+    demand: Demand,
+    settings: Settings,
+    control: Sequence[Measure],
+    classes: Sequence[DriverClass],
+) -> Setting:
+    """Check all that a run is given, and set it up.
+
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, and once
+    these are good, with all that is wrong with classes and control.
+    """
+    check_network(network)
+    check_demand(demand, network)
+    faults = Faults()
+    classes = complete_classes(classes, faults)
+    site = site_of(network, settings, [one.name for one in classes])
+    demand_faults = Faults("demand")
+    add_class_faults(demand, classes, demand_faults)
+    add_route_faults(demand, site, demand_faults)
+    faults.extend(demand_faults)
+    control_faults = Faults("control")
+    rules = bind(control, site, control_faults)
+    faults.extend(control_faults)
+    base = base_levers(site)
+    for number, one in enumerate(classes):
+        if one.banned:
+            base.banned[number, site.links(one.banned, faults, key=f"{one.name}.banned")] = True
+    faults.raise_if_any()
+
+    row_of_link = order_of_links(network)
+    drivers = part_into_drivers(classes)
+    plans = Plans(site, site.plans, np.argsort(row_of_link))
+    application = Application(site, drivers, plans, row_of_link, base)
+    return Setting(
+        settings=settings,
+        site=site,
+        classes=classes,
+        drivers=drivers,
+        enforced=[one for one in control if isinstance(one, EnforcedRoute)],
+        row_of_link=row_of_link,
+        platoons=make_platoons(demand, settings),
+        steering=Steering(site, rules, base, application),
+        given=np.empty(0, np.int64),
+    )
+
+
+def add_class_faults(demand: Demand, classes: Sequence[DriverClass], faults: Faults) -> None:
+    """Note classes that the demand names and nobody has described."""
+    known = {one.name for one in classes}
+    for name in pd.unique(class_of_rows(demand.table)):
+        if name not in known:
+            what = f"no such class of drivers; there are {', '.join(sorted(known))}"
+            faults.add(what, column="class", value=name)
+
+
+def add_route_faults(demand: Demand, site: Site, faults: Faults) -> None:
+    """Note given routes that cannot be driven."""
+    if "route" not in demand.table:
+        return
+    columns = ("origin", "destination", "route")
+    rows = zip(*(demand.table[name] for name in columns), strict=True)
+    for number, (origin, destination, route) in enumerate(rows, start=1):
+        if isinstance(route, list | tuple | np.ndarray):
+            own = Faults()
+            EnforcedRoute(str(origin), str(destination), tuple(map(str, route))).rules(site, own)
+            for fault in own.found:
+                faults.add(fault.what, line=number, column="route", value=fault.value)

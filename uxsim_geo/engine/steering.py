@@ -1,0 +1,229 @@
+"""Rules called at their times: what they see, what they may set, and whether it mattered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from uxsim_geo.control.levers import Levers
+from uxsim_geo.control.site import Claim, Rule, Site
+from uxsim_geo.control.traffic import Counts, Traffic
+from uxsim_geo.engine.application import Application
+from uxsim_geo.engine.loop import sense
+from uxsim_geo.engine.records import NEVER, World
+from uxsim_geo.errors import Faults
+
+
+@dataclass
+class History:
+    """What is known of a rule so far.
+
+    last
+        counts at its last call; None: it has not been called
+    wrote
+        it has set something to what it would not have been
+    felt
+        a vehicle has left the links where it is felt, or waits there, while it was in force
+    left_at_begin
+        vehicles that had left those links when it began
+    """
+
+    last: Counts | None = None
+    wrote: bool = False
+    felt: bool = False
+    left_at_begin: float = 0.0
+
+
+class Steering:
+    """All rules of a run, and when they are due: at starts of steps.
+
+    levers
+        what control has set, in the order of the tables
+    base
+        what holds without control
+    """
+
+    def __init__(
+        self, site: Site, rules: Sequence[Rule], base: Levers, application: Application
+    ) -> None:
+        self.site = site
+        self.rules = list(rules)
+        self.base = base
+        self.levers = base.copy()
+        self.application = application
+        self.histories = [History() for _ in self.rules]
+        self.changes: list[tuple[float, dict[str, np.ndarray]]] = []
+        self._calls: dict[int, list[int]] = {}
+        self._ends: dict[int, list[int]] = {}
+        for number, rule in enumerate(self.rules):
+            for time in rule.times(site.duration):
+                self._calls.setdefault(self._step(time), []).append(number)
+            if rule.end < site.duration:
+                self._ends.setdefault(self._step(rule.end), []).append(number)
+        self._due = np.array(sorted(self._calls.keys() | self._ends.keys()), np.int64)
+
+    def _step(self, time: float) -> int:
+        """Return the first step that begins at a time or later."""
+        return int(np.ceil(time / self.site.step - 1e-9))
+
+    def next_due(self, step: int) -> int:
+        """Return the first step from this one on at which a rule is due; NEVER if none is."""
+        place = int(np.searchsorted(self._due, step))
+        return int(self._due[place]) if place < self._due.size else int(NEVER)
+
+    def act(self, world: World, step: int) -> None:
+        """Call the rules that are due at the start of a step, and put into effect what they set.
+
+        Raises :class:`InputError` where one sets what cannot be, or what another one holds.
+        """
+        time = step * self.site.step
+        for number in self._ends.get(step, ()):
+            self._restore(world, number)
+        due = dict.fromkeys(sorted(self._calls.get(step, ())))
+        now = self.look(world, time) if due else None
+        for number in due:
+            assert now is not None
+            self._call(number, now)
+        self._apply(world, time, at_once=False)
+
+    def apply_outside(self, world: World, step: int) -> None:
+        """Put into effect what was set on the levers between two calls of the simulation."""
+        self._apply(world, step * self.site.step, at_once=True)
+
+    def _apply(self, world: World, time: float, *, at_once: bool) -> None:
+        if not self.levers.differences(self.application.applied):
+            return
+        self._check(time)
+        changed = self.application.apply(world, self.levers, time, at_once=at_once)
+        logged = {name: getattr(self.levers, name).copy() for name in changed & {"toll"}}
+        if changed & {"speed_limit"}:
+            logged["speed_limit"] = np.minimum(self.levers.speed_limit, self.site.free_speed)
+        if logged:
+            self.changes.append((time, logged))
+
+    def look(self, world: World, time: float, before: Counts | None = None) -> Traffic:
+        """Give the state of the network at the start of the step under way."""
+        order = self.application.row_of_link
+        links = world.links.queue[: order.size]
+        standing, waiting = np.empty(order.size), np.zeros(len(self.site.node_ids))
+        sense(world, standing, waiting)
+        entered, left, queue = (np.empty(order.size) for _ in range(3))
+        entered[order], left[order] = links["vehicles_entered"], links["vehicles_left"]
+        queue[order] = standing
+        limit = np.minimum(self.levers.speed_limit, self.site.free_speed)
+        phase = self.application.plans.phase_at(self.levers, time)
+        count = entered - left
+        for array in (entered, left, queue, count, limit, waiting, phase):
+            array.flags.writeable = False
+        totals = Counts(time, entered, left)
+        return Traffic(
+            self.site, time, count, queue, limit, waiting, phase, totals, before or totals
+        )
+
+    def _call(self, number: int, now: Traffic) -> None:
+        rule, history = self.rules[number], self.histories[number]
+        if history.last is None:
+            history.left_at_begin = float(now.totals.left[rule.felt_at].sum())
+        seen = replace(now, before=history.last or now.totals)
+        before = None if rule.claims else self.levers.copy()
+        rule.act(seen, self.levers)
+        history.last = now.totals
+        if before is not None:
+            self._refuse_trespass(rule, before, now.time)
+        elif not history.wrote:
+            history.wrote = any(
+                (claimed(self.levers, claim) != claimed(self.base, claim)).any()
+                for claim in rule.claims
+            )
+
+    def _refuse_trespass(self, rule: Rule, before: Levers, time: float) -> None:
+        """Raise where a rule without claims has written what another one holds at this time."""
+        faults = Faults("control")
+        for other in self.rules:
+            if other.begin <= time < other.end:
+                for claim in other.claims:
+                    if (claimed(self.levers, claim) != claimed(before, claim)).any():
+                        what = f"{rule.name}, at {time:g} s: sets the {claim.quantity} that "
+                        faults.add(f"{what}{other.name} sets too; keep one of them")
+        faults.raise_if_any()
+
+    def _restore(self, world: World, number: int) -> None:
+        """Set back what a rule held that ends now."""
+        for claim in self.rules[number].claims:
+            where = claim.positions if claim.rows is None else np.ix_(claim.rows, claim.positions)
+            getattr(self.levers, claim.quantity)[where] = claimed(self.base, claim)
+            if claim.quantity == "plan":
+                self.levers.phase[where] = -1
+        self._note_felt(world, number)
+
+    def _note_felt(self, world: World, number: int) -> None:
+        history, felt_at = self.histories[number], self.rules[number].felt_at
+        if history.last is None:
+            return
+        order = self.application.row_of_link
+        links = world.links.queue[: order.size]
+        here = np.isin(order, felt_at)
+        left = float(links["vehicles_left"][here].sum())
+        waits = (links["vehicles_entered"] > links["vehicles_left"])[here].any()
+        history.felt = history.felt or bool(waits) or left > history.left_at_begin
+
+    def _check(self, time: float) -> None:
+        """Raise where the levers hold what cannot be."""
+        faults = Faults(f"control, at {time:g} s")
+        ids = {"links": self.site.link_ids, "nodes": self.site.node_ids}
+        self.levers.add_faults(faults, ids)
+        plan, phase = self.levers.plan, self.levers.phase
+        counts = np.append(self.application.plans.phase_counts, 0)
+        for node in np.flatnonzero(phase >= counts[plan]):
+            if phase[node] >= 0:
+                name = self.site.node_ids[node]
+                what = f"node {name} has no such phase: its plan has {counts[plan[node]]}"
+                faults.add(what, column="phase", value=int(phase[node]))
+        faults.raise_if_any()
+
+    def notes(self, world: World) -> tuple[str, ...]:
+        """Say which rules have changed nothing for anybody."""
+        found = []
+        for number, (rule, history) in enumerate(zip(self.rules, self.histories, strict=True)):
+            if rule.claims:
+                if rule.end >= self.site.duration:
+                    self._note_felt(world, number)
+                if not history.wrote:
+                    found.append(f"{rule.name} never took effect: it never changed anything")
+                elif not history.felt and rule.felt_at.size:
+                    what = "nobody was there while it was in force"
+                    found.append(f"{rule.name} never took effect: {what}")
+        return tuple(found)
+
+
+def claimed(levers: Levers, claim: Claim) -> npt.NDArray[Any]:
+    """Return what the levers hold at the places of a claim."""
+    values: npt.NDArray[Any] = getattr(levers, claim.quantity)
+    if claim.rows is None:
+        return values[claim.positions]
+    return values[np.ix_(claim.rows, claim.positions)]
+
+
+def base_levers(site: Site) -> Levers:
+    """Return what holds without control."""
+    links, nodes, classes = len(site.link_ids), len(site.node_ids), len(site.class_names)
+    return Levers(
+        {
+            "exit_capacity": site.capacity,
+            "entry_capacity": site.capacity,
+            "entry_closed": np.zeros(links, bool),
+            "exit_closed": np.zeros(links, bool),
+            "speed_limit": site.free_speed,
+            "merge_priority": site.merge_priority,
+            "toll": np.zeros(links),
+            "banned": np.zeros((classes, links), bool),
+            "advice": np.zeros((classes, links)),
+            "node_capacity": np.full(nodes, np.inf),
+            "plan": np.full(nodes, -1, np.int64),
+            "phase": np.full(nodes, -1, np.int64),
+        }
+    )
