@@ -33,6 +33,8 @@ from numpy.typing import ArrayLike, NDArray
 
 #: m; what is nearer than this to the end of a link or of a gap is at it
 TOLERANCE = 1e-6
+#: stands for the origin of a node among its in-links
+HOME = ""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,8 @@ class Case:
     """What the twin is to run.
 
     ``substeps`` divides the step τΔn and must be a multiple of every link's lanes. ``merge_order``
-    names, for a node, the in-links whose platoons go one after the other; there, nothing is drawn.
+    names, for a node, the in-links, or HOME, whose platoons go one after the other; there, nothing
+    is drawn and origins do not go first.
     """
 
     links: Sequence[TwinLink]
@@ -179,6 +182,7 @@ class _Twin:
         self.roads = {link.link_id: _Road(link, case) for link in case.links}
         self.random = np.random.default_rng(case.seed)
         self.orders = {node: deque(order) for node, order in case.merge_order.items()}
+        self.set_out: dict[str, float] = {}  # when the last platoon did, by node
         self.homes: dict[str, deque[TwinTrip]] = {}
         for trip in sorted(case.trips, key=lambda trip: trip.depart):
             home = self.roads[trip.route[0]].link.from_node
@@ -190,28 +194,40 @@ class _Twin:
             for road in self.roads.values():
                 road.advance(step)
             for node in ends:
-                self._serve_origin(node, step)
-                self._serve_links(node, step)
+                if node in self.orders:
+                    self._serve_in_order(node, step)
+                else:
+                    while self._set_out(node, step):
+                        pass
+                    self._serve_links(node, step)
 
-    def _serve_origin(self, node: str, step: int) -> None:
-        queue = self.homes.get(node, deque())
-        spare = self.case.step
-        while queue:
-            spare = min(spare, step * self.case.step - queue[0].depart)
-            if spare <= 0:
-                return
-            entered = self.roads[queue[0].route[0]].enter(queue[0], 0, spare, step)
-            if entered is None:
-                return
-            queue.popleft()
-            spare = step * self.case.step - entered  # the next one left home no earlier
+    def _set_out(self, node: str, step: int) -> bool:
+        """Let the first platoon that waits at home enter, if it is time and there is room."""
+        queue = self.homes.get(node)
+        if not queue:
+            return False
+        now = step * self.case.step
+        out_at = max(queue[0].depart, self.set_out.get(node, 0.0))  # no earlier than the last one
+        spare = min(self.case.step, now - out_at)
+        if spare <= 0:
+            return False
+        entered = self.roads[queue[0].route[0]].enter(queue[0], 0, spare, step)
+        if entered is None:
+            return False
+        self.set_out[node] = entered
+        queue.popleft()
+        return True
+
+    def _serve_in_order(self, node: str, step: int) -> None:
+        order = self.orders[node]
+        while order and (
+            self._set_out(node, step)
+            if order[0] == HOME
+            else self._leave(self.roads[order[0]], step)
+        ):
+            order.popleft()
 
     def _serve_links(self, node: str, step: int) -> None:
-        if node in self.orders:
-            order = self.orders[node]
-            while order and self._leave(self.roads[order[0]], step):
-                order.popleft()
-            return
         rivals = [r for r in self.roads.values() if r.link.to_node == node and r.spare is not None]
         weights = np.array([road.link.merge_priority for road in rivals])
         if len(rivals) > 1:

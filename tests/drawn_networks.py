@@ -1,0 +1,75 @@
+"""Networks and streams for hypothesis to draw."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from hypothesis import strategies as st
+from twin import TwinLink
+
+#: link_ids from origin to destination: the only way there is
+Routes = dict[tuple[str, str], list[str]]
+#: origin, destination, start (s), end (s), flow (veh/s)
+Stream = tuple[str, str, float, float, float]
+Drawn = tuple[list[TwinLink], Routes, list[Stream]]
+
+
+@st.composite
+def trees(draw: st.DrawFn, platoon_size: int) -> Drawn:
+    """Up to eight links without a second way between any two nodes, and up to six streams.
+
+    Every link stores a whole number of platoons. Lengths and times grow with Δn, so that a case
+    has as many platoons and steps whatever their size.
+    """
+    links: list[TwinLink] = []
+    for number in range(draw(st.integers(1, 8))):
+        ends = [f"{draw(st.integers(0, number))}", f"{number + 1}"]
+        if draw(st.booleans()):
+            ends.reverse()
+        links.append(_link(draw, f"link{number}", ends, platoon_size))
+    routes = routes_of(links)
+    pairs = draw(st.lists(st.sampled_from(sorted(routes)), min_size=1, max_size=6, unique=True))
+    streams: list[Stream] = []
+    for origin, destination in pairs:
+        start = platoon_size * draw(st.floats(0, 60))
+        end = start + platoon_size * draw(st.floats(40, 120))
+        streams.append((origin, destination, start, end, draw(st.floats(0.2, 1.5))))
+    return links, {pair: routes[pair] for pair in pairs}, streams
+
+
+def _link(draw: st.DrawFn, link_id: str, ends: Sequence[str], platoon_size: int) -> TwinLink:
+    lanes = draw(st.sampled_from([1, 2, 3]))
+    jam_density = draw(st.floats(0.12, 0.2))
+    return TwinLink(
+        link_id,
+        *ends,
+        # a hair more than whole, so that rounding does not make it a hair less
+        length=(draw(st.integers(6, 30)) + 1e-9) * platoon_size / (lanes * jam_density),
+        free_speed=draw(st.floats(6, 22)),
+        lanes=lanes,
+        jam_density=jam_density,
+        capacity=draw(st.sampled_from([None, None, 0.1, 0.3, 0.5])),
+        merge_priority=draw(st.sampled_from([0.5, 1.0, 3.0])),
+    )
+
+
+def routes_of(links: Sequence[TwinLink]) -> Routes:
+    """The ways of a tree between all its nodes that have one."""
+    routes: Routes = {(link.from_node, link.to_node): [link.link_id] for link in links}
+    found = dict(routes)
+    while found:
+        longer = {
+            (start, link.to_node): [*way, link.link_id]
+            for (start, end), way in found.items()
+            for link in links
+            if link.from_node == end
+        }
+        routes |= longer
+        found = longer
+    return routes
+
+
+def substeps_for(links: Sequence[TwinLink]) -> int:
+    """The fewest parts of a step that all numbers of lanes divide."""
+    return math.lcm(*(link.lanes for link in links))
