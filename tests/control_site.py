@@ -6,55 +6,20 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from uxsim_geo.control.levers import Levers
 from uxsim_geo.control.site import Measure, Rule, Site
 from uxsim_geo.control.traffic import Counts, Traffic
+from uxsim_geo.engine import binding
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.errors import Faults, InputError
-from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.selection import select_links
+from uxsim_geo.settings import Settings
 
 CLASSES = ("cars", "lorries")
 
 
-def site_of(network: Network, *, duration: float = 3600.0, step: float = 5.0) -> Site:
-    links = network.links
-    node_ids = tuple(network.nodes["node_id"])
-    place = {node_id: number for number, node_id in enumerate(node_ids)}
-    columns = ("length", "lanes", "free_speed", "jam_density", "merge_priority")
-    return Site(
-        link_ids=tuple(links["link_id"]),
-        node_ids=node_ids,
-        from_node=np.array([place[one] for one in links["from_node_id"]]),
-        to_node=np.array([place[one] for one in links["to_node_id"]]),
-        capacity=effective_capacity(links, 1.0),
-        class_names=CLASSES,
-        duration=duration,
-        step=step,
-        select=lambda target: select_links(network, target),
-        **{name: links[name].to_numpy(np.float64) for name in columns},
-    )
-
-
-def levers_of(site: Site) -> Levers:
-    """What holds without control."""
-    links, nodes, classes = len(site.link_ids), len(site.node_ids), len(site.class_names)
-    return Levers(
-        {
-            "exit_capacity": site.capacity,
-            "entry_capacity": site.capacity,
-            "entry_closed": np.zeros(links, bool),
-            "exit_closed": np.zeros(links, bool),
-            "speed_limit": site.free_speed,
-            "merge_priority": site.merge_priority,
-            "toll": np.zeros(links),
-            "banned": np.zeros((classes, links), bool),
-            "advice": np.zeros((classes, links)),
-            "node_capacity": np.full(nodes, np.inf),
-            "plan": np.full(nodes, -1),
-            "phase": np.full(nodes, -1),
-        }
-    )
+def site_of(network: Network) -> Site:
+    """An hour in steps of 5 s."""
+    return binding.site_of(network, Settings(3600.0, 5), CLASSES)
 
 
 def traffic_of(
@@ -109,7 +74,7 @@ def assert_names(text: str, parts: Iterable[str]) -> None:
 
 def steps_of_rule(rule: Rule, site: Site, quantity: str) -> dict[float, np.ndarray]:
     """What a rule leaves in a quantity after each of its calls in empty traffic."""
-    levers = levers_of(site)
+    levers = base_levers(site)
     left = {}
     for time in sorted(rule.times(site.duration)):
         rule.act(traffic_of(site, time), levers)
@@ -119,6 +84,6 @@ def steps_of_rule(rule: Rule, site: Site, quantity: str) -> dict[float, np.ndarr
 
 def touched(rule: Rule, site: Site, time: float | None = None) -> set[str]:
     """The quantities that a call changes; what it claims should cover them."""
-    levers = levers_of(site)
+    levers = base_levers(site)
     rule.act(traffic_of(site, rule.begin if time is None else time), levers)
-    return levers.differences(levers_of(site))
+    return levers.differences(base_levers(site))

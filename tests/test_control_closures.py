@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from control_site import assert_names, bind, faults_of, levers_of, only, site_of, traffic_of
+from control_site import assert_names, bind, faults_of, only, site_of, traffic_of
 from small_networks import Q, demand, entries, exits, link, network, simulate
 
 from uxsim_geo.control import Closure, Incident
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.settings import Settings
 
 ROAD = [link("a", "1", "2"), link("b", "2", "3", lanes=2), link("c", "3", "4", lanes=2)]
@@ -22,7 +23,7 @@ def test_a_closure_is_felt_on_the_links_and_on_those_that_lead_to_them() -> None
 
 def test_a_closure_for_a_class_bans_it_and_closes_nothing() -> None:
     rule = only(Closure(["b", "c"], classes=("lorries",)), SITE)
-    levers = levers_of(SITE)
+    levers = base_levers(SITE)
     rule.act(traffic_of(SITE, 0.0), levers)
     assert levers.banned.tolist() == [[False, False, False], [False, True, True]]
     assert not levers.entry_closed.any()
@@ -63,7 +64,7 @@ def test_nobody_enters_a_closed_link_and_those_on_it_do_as_told(on_link: str, si
 def test_an_incident_on_several_links_leaves_each_its_share() -> None:
     links = [link("a", "1", "2", lanes=4), link("b", "2", "3", lanes=2, capacity=1.0)]
     site = site_of(network(links))
-    levers = levers_of(site)
+    levers = base_levers(site)
     rule = only(Incident(["a", "b"], 1), site)
     rule.act(traffic_of(site, 0.0), levers)
     assert levers.exit_capacity == pytest.approx([0.75 * 4 * Q, 0.5])

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from control_site import assert_names, bind, faults_of, levers_of, only, site_of, traffic_of
+from control_site import assert_names, bind, faults_of, only, site_of, traffic_of
 from small_networks import demand, link, network, simulate
 
 from uxsim_geo.control import Advice, EnforcedRoute
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
@@ -32,7 +33,7 @@ def taken(result: Result) -> dict[str, set[int]]:
 
 
 def test_advice_is_for_the_classes_that_are_named() -> None:
-    levers = levers_of(SITE)
+    levers = base_levers(SITE)
     rule = only(Advice(["long"], -30.0, classes=("lorries",)), SITE)
     rule.act(traffic_of(SITE, 0.0), levers)
     only(Advice(["short"], 20.0), SITE).act(traffic_of(SITE, 0.0), levers)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from control_site import assert_names, bind, faults_of, levers_of, site_of, touched
+from control_site import assert_names, bind, faults_of, site_of, touched
 from small_networks import link, network
 
 from uxsim_geo.control import (
@@ -29,6 +29,7 @@ from uxsim_geo.control import (
     Target,
     Toll,
 )
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.errors import Faults
 
 SITE = site_of(
@@ -138,7 +139,7 @@ def test_links_can_be_told_by_a_condition() -> None:
 
 
 def test_all_values_that_no_road_can_have_are_named_at_once() -> None:
-    levers = levers_of(SITE)
+    levers = base_levers(SITE)
     levers.exit_capacity[1] = -0.1
     levers.speed_limit[0] = 0.0
     levers.merge_priority[2] = np.inf
@@ -164,7 +165,7 @@ def test_all_values_that_no_road_can_have_are_named_at_once() -> None:
 
 
 def test_a_lever_that_is_none_names_the_nearest() -> None:
-    levers = levers_of(SITE)
+    levers = base_levers(SITE)
     with pytest.raises(AttributeError, match="did you mean exit_capacity"):
         levers.exit_capacities = 3.0
     levers.toll = 2.0

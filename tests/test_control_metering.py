@@ -7,7 +7,6 @@ import pytest
 from control_site import (
     assert_names,
     faults_of,
-    levers_of,
     only,
     site_of,
     steps_of_rule,
@@ -16,6 +15,7 @@ from control_site import (
 from small_networks import Q, demand, entries, exits, link, network, simulate
 
 from uxsim_geo.control import Feedback, RampMeter
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.settings import Settings
 
 MERGE = [
@@ -38,7 +38,7 @@ def test_alinea_moves_its_rate_by_what_is_missing() -> None:
     """r ← r + K (k* − k) from the highest rate on, with k over both measured links."""
     law = Feedback(["below", "on"], 0.04, gain=2.0, min_rate=0.1, max_rate=0.5)
     rule = only(RampMeter(["ramp"], feedback=law), SITE)
-    levers = levers_of(SITE)
+    levers = base_levers(SITE)
     rates = []
     # 1,500 m: 60 vehicles are the target
     for time, vehicles in enumerate([0, 60, 90, 90, 60, 45, 600, 0, 0]):
@@ -49,7 +49,7 @@ def test_alinea_moves_its_rate_by_what_is_missing() -> None:
 
 def test_the_gain_of_alinea_is_70_vehicles_an_hour_for_each_per_cent() -> None:
     rule = only(RampMeter(["ramp"], feedback=Feedback(["below"], 0.06)), SITE)
-    levers = levers_of(SITE)
+    levers = base_levers(SITE)
     rule.act(traffic_of(SITE, 0.0, [0, 0, 500 * 0.06 + 500 * 0.002, 0]), levers)  # 1 % of 0.2
     assert levers.exit_capacity[1] == pytest.approx(Q - 70 / 3600)
 

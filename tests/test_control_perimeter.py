@@ -7,7 +7,6 @@ import pytest
 from control_site import (
     assert_names,
     faults_of,
-    levers_of,
     only,
     site_of,
     steps_of_rule,
@@ -16,6 +15,7 @@ from control_site import (
 from small_networks import Q, demand, exits, link, network, simulate
 
 from uxsim_geo.control import Perimeter, Target
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.settings import Settings
 
 # two roads lead into a region of two links, one road leads out
@@ -54,7 +54,7 @@ def test_the_gating_law() -> None:
     """F ← F − D (n − n') + K (n* − n), from the highest flow on, within its limits."""
     law = Perimeter(REGION, target_vehicles=50, gain=0.01, damping=0.02, min_flow=0.2, max_flow=2.0)
     rule = only(law, SITE)
-    levers, before, flows = levers_of(SITE), None, []
+    levers, before, flows = base_levers(SITE), None, []
     for time, vehicles in enumerate([0, 50, 60, 60, 50, 40, 300]):
         count = [100, 0, vehicles / 2, vehicles / 2, 9]
         before = traffic_of(SITE, 60.0 * time, count, before)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_networks import Q, across, demand, grid, link, network
+from control_site import assert_names, faults_of, only, site_of, traffic_of
+from small_networks import Q, across, demand, exits, grid, link, network, simulate
 from test_engine_order import hash_of
 
 from uxsim_geo.control.signals import Phase, Signal
-from uxsim_geo.engine.simulation import simulate
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.errors import InputError
-from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
 CROSSING = [
@@ -21,18 +21,13 @@ CROSSING = [
 ]
 
 
-def exits(result: Result, link_id: str) -> np.ndarray:
-    events = result.events[result.events["link"] == link_id]
-    return np.sort(events["exit_s"].dropna().to_numpy())
-
-
 @pytest.mark.parametrize("size", [1, 5])
 def test_phases_last_exactly_as_long_as_they_say(size: int) -> None:
     """60 s for one link and 30 s for the other, both with queues that never end."""
     signal = Signal("3", (Phase(60, ("a",)), Phase(30, ("b",))))
     rows = (("1", "4", 0.0, 1.0, 4000.0), ("2", "5", 0.0, 1.0, 4000.0))
     settings = Settings(duration=3600, platoon_size=size)
-    result = simulate(network(CROSSING), demand(*rows), settings, signals=[signal])
+    result = simulate(network(CROSSING), demand(*rows), settings, control=[signal])
     for link_id, begin, green in (("a", 0, 60), ("b", 60, 30)):
         in_cycle = (exits(result, link_id) - begin) % 90
         assert (in_cycle < green).all()
@@ -52,7 +47,7 @@ def test_the_uniform_delay_below_saturation(share: float) -> None:
     signal = Signal("3", (Phase(green, ("a",)), Phase(cycle - green, ("b",))))
     settings = Settings(duration=20000, platoon_size=1)
     dem = demand(("0", "4", 0.0, 18000.0, 18000 * flow))
-    result = simulate(network(links), dem, settings, signals=[signal])
+    result = simulate(network(links), dem, settings, control=[signal])
     delay = (result.trips["arrive_s"] - result.trips["enter_s"] - (100 + 1000 + 1000) / 20).mean()
     red = cycle - green
     queued = red / (1 - flow / Q) / cycle  # share of those who arrive while a queue stands
@@ -66,7 +61,7 @@ def test_offset_and_all_red_shift_and_part_the_greens() -> None:
     assert signal.cycle == 50
     assert signal.greens() == {"a": [(0, 20)], "b": [(25, 45)]}
     rows = (("1", "4", 0.0, 1.0, 900.0), ("2", "5", 0.0, 1.0, 900.0))
-    result = simulate(network(CROSSING), demand(*rows), Settings(2000), signals=[signal])
+    result = simulate(network(CROSSING), demand(*rows), Settings(2000), control=[signal])
     assert ((exits(result, "a") - 7) % 50 < 20).all()
     assert ((exits(result, "b") - 32) % 50 < 20).all()
     assert len(exits(result, "b")) > 100
@@ -82,7 +77,7 @@ def test_a_trip_that_ends_at_the_signal_does_not_wait_for_it() -> None:
     never = Signal("3", (Phase(10, ("b",)), Phase(1e6, ())))
     for held in (signal, never):
         result = simulate(
-            network(CROSSING), demand(("1", "3", 0, 60, 20)), Settings(600), signals=[held]
+            network(CROSSING), demand(("1", "3", 0, 60, 20)), Settings(600), control=[held]
         )
         assert (result.trips["status"] == "completed").all()
 
@@ -99,8 +94,8 @@ def test_sleeping_at_a_red_changes_nothing(seed: int) -> None:
         phases = (Phase(greens[0], tuple(into[:half])), Phase(greens[1], tuple(into[half:])))
         signals.append(Signal(node, phases, offset=float(random.integers(0, 60)), all_red=2.5))
     case = (network(streets), across(4, 23.9, 1200.0), Settings(duration=3000, seed=seed))
-    rested = simulate(*case, signals=signals)
-    assert hash_of(rested) == hash_of(simulate(*case, signals=signals, sleep=False))
+    rested = simulate(*case, control=signals)
+    assert hash_of(rested) == hash_of(simulate(*case, control=signals, sleep=False))
     greens_of = {k: (s, own) for s in signals for k, own in s.greens().items()}
     ends = dict(zip(case[0].links["link_id"], case[0].links["to_node_id"], strict=True))
     goals = rested.trips["destination"].astype(str).to_numpy()
@@ -112,24 +107,72 @@ def test_sleeping_at_a_red_changes_nothing(seed: int) -> None:
             assert any(near) or any(start <= at < end for start, end in own)
 
 
-def test_every_fault_of_signals_is_named_at_once() -> None:
-    signals = [
-        Signal("3", (Phase(0, ("a",)), Phase(float("nan"), ("nowhere",)))),
-        Signal("9", (), offset=float("inf")),
-        Signal("3", (Phase(10, ("to4",)),), all_red=-1),
+def test_plans_follow_one_another_by_the_time_of_day() -> None:
+    """Cycles of 90 s, then of 50 s, then no signal; each begins as its own offset says."""
+    plans = [
+        Signal("3", (Phase(60, ("a",)), Phase(30, ("b",))), end=1800),
+        Signal("3", (Phase(20, ("a",)), Phase(30, ("b",))), offset=10, begin=1800, end=3000),
     ]
-    with pytest.raises(InputError) as error:
-        simulate(network(CROSSING), demand(("1", "4", 0, 60, 20)), Settings(600), signals=signals)
-    text = str(error.value)
-    for part in (
-        "above 0 s",
-        "nowhere",
-        "no link ends",
-        "'9'",
-        "at least one phase",
-        "a signal already",
-        "ends at node 4, not at 3",
-        "all_red",
-        "offset",
-    ):
-        assert part in text
+    rows = (("1", "4", 0.0, 1.0, 4000.0), ("2", "5", 0.0, 1.0, 4000.0))
+    result = simulate(network(CROSSING), demand(*rows), Settings(4000, 1), control=plans)
+    for link_id, parts in (("a", ((0, 60), (10, 20))), ("b", ((60, 30), (30, 30)))):
+        times = exits(result, link_id)
+        early, late = times[times < 1800], times[(times >= 1800) & (times < 3000)]
+        for within, (begin, green), cycle in ((early, parts[0], 90), (late, parts[1], 50)):
+            assert ((within - begin) % cycle < green).all()
+            assert len(within) > 300
+        last = times[times >= 3000 + 1 / Q]
+        assert np.diff(last) == pytest.approx(1 / Q)
+
+
+def test_a_plan_is_numbered_and_felt_on_the_links_it_names() -> None:
+    site = site_of(network(CROSSING))
+    for number, phases in enumerate(((Phase(9, ("b", "a")),), (Phase(9, ("b",)),))):
+        rule = only(Signal("3", phases, begin=60 * number, end=60 * number + 60), site)
+        levers = base_levers(site)
+        rule.act(traffic_of(site, rule.begin), levers)
+        assert levers.plan[site.node_position["3"]] == number
+        assert np.sum(levers.plan != -1) == 1
+        assert rule.felt_at.tolist() == [[0, 1], [1]][number]
+    assert len(site.plans) == 2
+
+
+def test_two_plans_at_once_are_refused() -> None:
+    plans = [
+        Signal("3", (Phase(60, ("a",)),), end=100),
+        Signal("3", (Phase(60, ("b",)),), begin=99),
+    ]
+    case = (network(CROSSING), demand(("1", "4", 0, 60, 20)), Settings(600, 1))
+    with pytest.raises(InputError, match="signal at node 3"):
+        simulate(*case, control=plans)
+    simulate(*case, control=[plans[0], Signal("3", (Phase(60, ("b",)),), begin=100)])
+
+
+def test_every_fault_of_a_signal_is_named_at_once() -> None:
+    site = site_of(network(CROSSING))
+    bad = Signal(
+        "3",
+        (Phase(0, ("a", "a")), Phase(float("nan"), ("nowhere",)), Phase(10, ("to4",))),
+        offset=float("inf"),
+        all_red=-1,
+        begin=50,
+        end=40,
+    )
+    assert_names(
+        faults_of(bad, site),
+        [
+            "column duration: a phase must last a finite time above 0 s (found '0')",
+            "(found 'nan')",
+            "stands twice in phase 1 (found 'a')",
+            "no such link_id",
+            "'nowhere'",
+            "ends at node 4, not at 3 (found 'to4')",
+            "column offset",
+            "column all_red",
+            "later than begin",
+        ],
+    )
+    assert_names(
+        faults_of(Signal("9", ()), site), ["no such node (found '9')", "at least one phase"]
+    )
+    assert "nothing is held" in faults_of(Signal("3", (Phase(10, ()),)), site)

@@ -6,7 +6,6 @@ import pytest
 from control_site import (
     assert_names,
     faults_of,
-    levers_of,
     only,
     site_of,
     steps_of_rule,
@@ -15,6 +14,7 @@ from control_site import (
 from small_networks import demand, entries, link, network, simulate
 
 from uxsim_geo.control import CongestionToll, Toll
+from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.settings import Settings
 
 # 50 s over the short way, 100 s over the long one
@@ -42,7 +42,7 @@ def test_a_congestion_toll_moves_by_what_is_too_much() -> None:
     """p ← p + g (k − k*) for each link by itself, within the limits."""
     law = CongestionToll(["short", "long"], 0.02, 50.0, max_amount=2.0, min_amount=0.5)
     rule = only(law, SITE)
-    levers = levers_of(SITE)
+    levers = base_levers(SITE)
     tolls = []
     for time, (short, long) in enumerate([(0, 0), (30, 80), (30, 80), (20, 40), (100, 0)]):
         rule.act(traffic_of(SITE, 300.0 * time, [9, short, long, 9]), levers)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
+from uxsim_geo.control.levers import Levers
+from uxsim_geo.control.site import Claim, Ints, Rule, Site, as_ids, check_number, check_period
+from uxsim_geo.control.traffic import Traffic
 from uxsim_geo.errors import Faults
 
 
@@ -19,17 +23,20 @@ class Phase:
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal with a fixed cycle, for ever.
+    """A signal plan: a fixed cycle at a node, from ``begin`` to ``end``.
 
     The phases follow one another, each exactly as long as it says and then ``all_red`` s in which
     nobody has green; the first cycle begins at ``offset`` s, and those before it by repetition.
-    In-links of the node that no phase names are not held by the signal.
+    In-links of the node that no phase names are not held by the signal. A node may have several
+    plans, one after the other.
     """
 
     node_id: str
     phases: tuple[Phase, ...]
     offset: float = 0.0
     all_red: float = 0.0
+    begin: float = 0.0
+    end: float = math.inf
 
     @property
     def cycle(self) -> float:
@@ -42,7 +49,7 @@ class Signal:
         begin = 0.0
         for phase in self.phases:
             end = begin + phase.duration
-            for link_id in phase.links:
+            for link_id in as_ids(phase.links):
                 own = greens.setdefault(link_id, [])
                 if own and own[-1][1] == begin:
                     own[-1] = (own[-1][0], end)
@@ -51,40 +58,55 @@ class Signal:
             begin = end + self.all_red
         return greens
 
+    def rules(self, site: Site, faults: Faults) -> list[Rule]:
+        """Return the rule that puts this plan in force."""
+        node = site.node(self.node_id, faults)
+        self._check_times(faults)
+        check_period(self.begin, self.end, site.duration, faults)
+        links = self._links(site, faults)
+        number = len(site.plans)
+        site.plans.append(self)
 
-def check_signals(signals: Iterable[Signal], end_nodes: Mapping[str, str]) -> None:
-    """Raise :class:`InputError` with all that is wrong with some signals, or return.
+        def act(_: Traffic, levers: Levers) -> None:
+            levers.plan[node] = number
 
-    ``end_nodes`` gives the to_node_id of every link_id of the network.
-    """
-    faults = Faults("signals")
-    seen: set[str] = set()
-    nodes = set(end_nodes.values())
-    for number, signal in enumerate(signals, start=1):
-        if signal.node_id in seen:
-            faults.add("the node has a signal already", line=number, value=signal.node_id)
-        seen.add(signal.node_id)
-        if signal.node_id not in nodes:
-            faults.add("no link ends at this node_id", line=number, value=signal.node_id)
-        _check_times(faults, signal, number)
-        for link_id in dict.fromkeys(link for phase in signal.phases for link in phase.links):
-            if link_id not in end_nodes:
-                faults.add("the network has no such link_id", line=number, value=link_id)
-            elif end_nodes[link_id] != signal.node_id:
-                what = f"the link ends at node {end_nodes[link_id]}, not at {signal.node_id}"
-                faults.add(what, line=number, value=link_id)
-    faults.raise_if_any()
+        claims = (Claim("plan", node),)
+        name = f"signal at node {self.node_id}"
+        return [Rule(name, act, claims, self.begin, self.end, felt_at=links)]
 
+    def _check_times(self, faults: Faults) -> None:
+        for phase in self.phases:
+            if not 0 < phase.duration < math.inf:
+                what = "a phase must last a finite time above 0 s"
+                faults.add(what, column="duration", value=phase.duration)
+        check_number(self.all_red, "all_red", faults)
+        if not math.isfinite(self.offset):
+            faults.add("must be a finite time", column="offset", value=self.offset)
 
-def _check_times(faults: Faults, signal: Signal, number: int) -> None:
-    if not signal.phases:
-        faults.add("a signal needs at least one phase", line=number, value=signal.node_id)
-    for phase in signal.phases:
-        if not 0 < phase.duration < math.inf:
-            what = "a phase must last a finite time above 0 s"
-            faults.add(what, line=number, column="duration", value=phase.duration)
-    if not 0 <= signal.all_red < math.inf:
-        what = "must be a finite time of 0 s or more"
-        faults.add(what, line=number, column="all_red", value=signal.all_red)
-    if not math.isfinite(signal.offset):
-        faults.add("must be a finite time", line=number, column="offset", value=signal.offset)
+    def _links(self, site: Site, faults: Faults) -> Ints:
+        """Return the positions of the links that have green at times."""
+        if not self.phases:
+            faults.add("a signal needs at least one phase", column="phases")
+            return np.empty(0, np.int64)
+        for number, phase in enumerate(self.phases, start=1):
+            ids = as_ids(phase.links)
+            for link_id in dict.fromkeys(one for one in ids if ids.count(one) > 1):
+                what = f"stands twice in phase {number}"
+                faults.add(what, column="phases", value=link_id)
+        named = tuple(self.greens())
+        if not named:
+            faults.add("no phase names a link, so nothing is held", column="phases")
+            return np.empty(0, np.int64)
+        site.links(named, faults, key="phases")
+        for link_id in named:
+            self._check_end(link_id, site, faults)
+        known = [site.link_position[one] for one in named if one in site.link_position]
+        return np.array(sorted(known), np.int64)
+
+    def _check_end(self, link_id: str, site: Site, faults: Faults) -> None:
+        if link_id not in site.link_position or self.node_id not in site.node_position:
+            return
+        end = site.node_ids[site.to_node[site.link_position[link_id]]]
+        if end != self.node_id:
+            what = f"the link ends at node {end}, not at {self.node_id}"
+            faults.add(what, column="phases", value=link_id)
