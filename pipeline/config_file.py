@@ -19,7 +19,7 @@ from pydantic_core import ErrorDetails
 from pipeline.config import Config
 from pipeline.config_keys import Reading, Section, existing_file
 from pipeline.control_config import ControlSection
-from pipeline.control_config_faults import CONTROL, unknown_classes
+from pipeline.control_config_faults import CONTROL, class_faults
 from pipeline.yaml_source import Place, YamlSource, place_in_words, read_yaml, set_value
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
@@ -52,7 +52,7 @@ def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
     _take_in_control_file(reading, faults)
     config = _validated(Config, document.values, reading, faults)
     if config is not None:
-        faults += unknown_classes(config, document)
+        faults += class_faults(config, document)
     if config is None or faults:
         raise InputError(faults)
     return config

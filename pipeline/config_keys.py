@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -179,3 +180,16 @@ class Period(Section):
     def end(self) -> float:
         """When it ends, s; inf where it does not."""
         return math.inf if self.end_s is None else self.end_s
+
+
+def files_in(section: Section) -> Iterator[Path]:
+    """Yield the files that a section and all in it name."""
+    values = [value for _, value in section]
+    while values:
+        value = values.pop(0)
+        if isinstance(value, Path):
+            yield value
+        elif isinstance(value, Section):
+            values += [one for _, one in value]
+        elif isinstance(value, tuple):
+            values += value

@@ -91,6 +91,11 @@ class ControlSection(LocatedSection):
             for number, entry in enumerate(getattr(self, kind)):
                 yield kind, number, entry
 
+    def in_words(self) -> str:
+        """Say how many measures there are of which kind."""
+        counts = {kind: len(getattr(self, kind)) for kind in type(self).model_fields}
+        return ", ".join(f"{kind}: {count}" for kind, count in counts.items() if count)
+
 
 def _section_or_file(value: object) -> object:
     if isinstance(value, dict | ControlSection):

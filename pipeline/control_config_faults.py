@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from pipeline.config import Config, SimulateSection
 from pipeline.config_keys import ChosenLinks, Section
 from pipeline.yaml_source import Place, YamlSource, place_in_words
 from uxsim_geo.demand.demand import DEFAULT_CLASS
-from uxsim_geo.errors import Fault
+from uxsim_geo.errors import Fault, Faults
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
 
 #: where a configuration holds measures, and classes of drivers
@@ -19,49 +19,75 @@ CLASSES: Place = ("simulate", "classes")
 #: units of the library in those of a configuration
 _UNITS = {"veh/s": (PER_HOUR, "veh/h"), "veh/m": (PER_KM, "veh/km"), "m/s": (KMH, "km/h")}
 _WITH_UNIT = re.compile(r"(?:(?P<number>\d[\d.e+-]*) )?\b(?P<unit>veh/s|veh/m|m/s)\b")
+_MEASURE = re.compile(r"\bmeasure (?P<number>\d+)\b")
 
 
-def unknown_classes(config: Config, document: YamlSource) -> list[Fault]:
-    """Return the faults of classes of drivers that trips name and nobody describes, and twins."""
-    faults = []
-    names = [entry.name for entry in config.simulate.classes]
-    for number, name in enumerate(names):
-        if name in names[:number]:
-            place = (*CLASSES, number, "name")
+def class_faults(config: Config, document: YamlSource) -> list[Fault]:
+    """Return what is wrong with classes of drivers, as far as that needs no network."""
+    section, faults = config.simulate, Faults("classes")
+    names = [entry.name for entry in section.classes]
+    for number, entry in enumerate(section.classes, start=1):
+        own = Faults()
+        entry.driver_class().add_faults(own)
+        if entry.name in names[: number - 1]:
             what = "there is a class of this name above; give each its own"
-            faults.append(_fault(what, place, document.origin(place), name))
-    known = dict.fromkeys([*names, DEFAULT_CLASS])
-    for number, entry in enumerate(config.ingest.trips):
-        if entry.driver_class is not None and entry.driver_class not in known:
+            own.add(what, column="name", value=entry.name)
+        for fault in own.found:
+            faults.add(fault.what, line=number, column=fault.column, value=fault.value)
+    return [*as_written(faults.found, section), *_faults_of_trips(config, document)]
+
+
+def _faults_of_trips(config: Config, document: YamlSource) -> Iterator[Fault]:
+    """Yield a fault for every entry of trips whose class nobody describes."""
+    known = dict.fromkeys([*(one.name for one in config.simulate.classes), DEFAULT_CLASS])
+    for number, trips in enumerate(config.ingest.trips):
+        if trips.driver_class is not None and trips.driver_class not in known:
             place = document.as_written(("ingest", "trips", number, "class"))
             what = f"simulate.classes does not describe it; there are {', '.join(known)}"
-            faults.append(_fault(what, place, document.origin(place), entry.driver_class))
-    return faults
+            yield _fault(what, place, document.origin(place), trips.driver_class)
 
 
 def as_written(faults: Iterable[Fault], section: SimulateSection) -> list[Fault]:
-    """Return faults with keys, units, file and line of the configuration.
+    """Return faults with keys, units, file and line of the configuration, in its order.
 
     Those of source ``control`` or ``classes`` have the number of the measure, or class, as their
     line (from 1) and its field as their column; others stay as they are.
     """
-    return [_as_written(fault, section) for fault in faults]
+    told = [_as_written(fault, section) for fault in faults]
+    return sorted(told, key=lambda fault: (fault.source, fault.line or 0))
 
 
 def _as_written(fault: Fault, section: SimulateSection) -> Fault:
     if fault.line is None or fault.source not in ("control", "classes"):
         return fault
+    entry: Section
     if fault.source == "control":
-        kind, number, entry = list(section.control.entries())[fault.line - 1]
-        above, origin = (*CONTROL, kind, number), section.control.origin
-        found: Section = entry
+        above, entry = _measure(fault.line, section)
+        origin = section.control.origin
     else:
-        above, origin = (*CLASSES, fault.line - 1), section.origin
-        found = section.classes[fault.line - 1]
-    keys = _keys(found, fault.column, fault.value)
+        above, entry = (*CLASSES, fault.line - 1), section.classes[fault.line - 1]
+        origin = section.origin
+    keys = _keys(entry, fault.column, fault.value)
     place = (*above, *keys)
-    value = _value(found, keys, fault.value)
-    return _fault(_in_peoples_units(fault.what), place, origin(place), value)
+    what = _with_places(_in_peoples_units(fault.what), section)
+    return _fault(what, place, origin(place), _value(entry, keys, fault.value))
+
+
+def _measure(number: int, section: SimulateSection) -> tuple[Place, Section]:
+    """Return place and entry of a measure by its number, from 1."""
+    kind, position, entry = list(section.control.entries())[number - 1]
+    return (*CONTROL, kind, position), entry
+
+
+def _with_places(what: str, section: SimulateSection) -> str:
+    """Name other measures by their place and line, where the library numbers them."""
+
+    def name(found: re.Match[str]) -> str:
+        place, _ = _measure(int(found["number"]), section)
+        _, line = section.control.origin(place)
+        return f"{place_in_words(place)}, line {line}" if line else place_in_words(place)
+
+    return _MEASURE.sub(name, what)
 
 
 def _fault(what: str, place: Place, origin: tuple[str, int | None], value: object) -> Fault:
@@ -104,11 +130,16 @@ def _value(section: Section, keys: Place, value: object) -> object:
     written: object = section
     for key in keys:
         written = written[key] if isinstance(key, int) else getattr(written, key)  # type: ignore[index]
-    if isinstance(written, int | float) and not isinstance(written, bool):
-        return written
+    if isinstance(written, int | float):
+        return _plain(written)
     if isinstance(written, tuple) and written and isinstance(written[0], tuple):
-        return [list(pair) for pair in written]
+        return [[_plain(number) for number in pair] for pair in written]
     return value
+
+
+def _plain(number: float) -> float:
+    """Return a whole number as one, as it is written."""
+    return int(number) if float(number).is_integer() else number
 
 
 def _in_peoples_units(what: str) -> str:

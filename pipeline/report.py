@@ -155,7 +155,9 @@ def _information(material: Material) -> dict[str, object]:
         "uxsim_geo_version": uxsim_geo.version.__version__,
         "start": config.report.start.isoformat(),
         "bin_s": config.report.bin_s,
-        **config.simulate.model_dump(),
+        **config.simulate.model_dump(exclude={"classes", "control"}),
+        "classes": ", ".join(entry.name for entry in config.simulate.classes),
+        "control": config.simulate.control.in_words(),
         **figures,
         **{f"completed_{name}": value for name, value in completed.items()},
     }

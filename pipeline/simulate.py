@@ -2,47 +2,76 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline import ingest
 from pipeline.config import Config
+from pipeline.config_keys import files_in
+from pipeline.control_config_faults import as_written
 from pipeline.runs import RunFolder
 from pipeline.stages import Outcome, Stage, Task
+from uxsim_geo.errors import InputError
 
 if TYPE_CHECKING:
     from uxsim_geo.result import Result
 
 EVENTS = "events.parquet"
 TRIPS = "trips.parquet"
+#: only where control has set limits
+SPEED_LIMITS = "speed_limits.parquet"
 
 
-def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG001
-    names = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "movements"))
-    return {name: folder / name for name in (*names, ingest.DEMAND)}
+def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
+    tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "movements"))
+    files = {name: folder / name for name in (*tables, ingest.DEMAND)}
+    areas = dict.fromkeys(files_in(config.simulate))
+    return files | {f"area.{number}": path for number, path in enumerate(areas)}
 
 
 def _run(task: Task) -> Outcome:
-    from uxsim_geo.demand.files import read_demand
-    from uxsim_geo.engine.simulation import simulate
-    from uxsim_geo.network.files import read_network
     from uxsim_geo.parquet import write_table
 
-    network = read_network(task.folder / ingest.NETWORK)
-    demand = read_demand(task.folder / ingest.DEMAND)
-    settings = task.config.simulate.settings()
-    result = simulate(network, demand, settings, progress=task.watch.simulated)
+    result = _simulated(task)
     task.begin_writing()
-    write_table(result.events, task.folder / EVENTS)
-    write_table(result.trips, task.folder / TRIPS)
+    tables = {EVENTS: result.events, TRIPS: result.trips}
+    if len(result.speed_limits):
+        tables[SPEED_LIMITS] = result.speed_limits
+    for name, table in tables.items():
+        write_table(table, task.folder / name)
     figures = {
         "engine_wall_s": round(result.engine_wall_s, 6),
         "locked_vehicles": result.locked_vehicles,
+        "ineffective_measures": list(result.notes),
     }
-    return Outcome((EVENTS, TRIPS), _words(result), figures)
+    warnings = [f"warning: {note}" for note in result.notes]
+    return Outcome(tuple(tables), _words(result), figures, warnings=warnings)
 
 
 STAGE = Stage("simulate", ("simulate",), _inputs, _run)
+
+
+def _simulated(task: Task) -> Result:
+    """Run the engine; what is wrong with the control is told by the keys of the configuration."""
+    from uxsim_geo.demand.files import read_demand
+    from uxsim_geo.engine.simulation import simulate
+    from uxsim_geo.network.files import read_network
+
+    section = task.config.simulate
+    network = read_network(task.folder / ingest.NETWORK)
+    demand = read_demand(task.folder / ingest.DEMAND)
+    try:
+        return simulate(
+            network,
+            demand,
+            section.settings(),
+            control=[entry.measure() for _, _, entry in section.control.entries()],
+            classes=[entry.driver_class() for entry in section.classes],
+            progress=task.watch.simulated,
+        )
+    except InputError as error:
+        raise InputError(as_written(error.faults, section)) from None
 
 
 def read_result(task: Task) -> Result:
@@ -53,9 +82,14 @@ def read_result(task: Task) -> Result:
     from uxsim_geo.parquet import read_tables
     from uxsim_geo.result import Result
 
-    events, trips = read_tables(task.folder / EVENTS, task.folder / TRIPS)
-    settings = task.config.simulate.settings()
-    return Result(events, trips, settings, **task.figures[STAGE.name])
+    names = [EVENTS, TRIPS]
+    if (task.folder / SPEED_LIMITS).is_file():
+        names.append(SPEED_LIMITS)
+    events, trips, *limits = read_tables(*(task.folder / name for name in names))
+    figures = dict(task.figures[STAGE.name])
+    notes = tuple(figures.pop("ineffective_measures"))
+    result = Result(events, trips, task.config.simulate.settings(), **figures, notes=notes)
+    return replace(result, speed_limits=limits[0]) if limits else result
 
 
 def _words(result: Result) -> str:

@@ -364,7 +364,7 @@ ramp_meters:
         (
             Fault("must last", "control", 1, "duration", -5.0),
             5,
-            "signals[0].phases[1].duration_s: must last (found '-5.0')",
+            "signals[0].phases[1].duration_s: must last (found '-5')",
         ),
         (
             Fault("no such node", "control", 1, "node", "3"),
@@ -375,12 +375,12 @@ ramp_meters:
             Fault("changes nothing: 0.8 veh/s at most; is it veh/s?", "control", 2, "rate", 2.5),
             13,
             "ramp_meters[0].rate_veh_per_h: changes nothing: 2880 veh/h at most; is it veh/h? "
-            "(found '[[0.0, 9000.0], [60.0, 36000.0]]')",
+            "(found '[[0, 9000], [60, 36000]]')",
         ),
         (
             Fault("above 20 m/s, 0.2 veh/m, 1e-05 veh/s", "control", 3, "min_rate", 10.0),
             18,
-            "feedback.min_rate_veh_per_h: above 72 km/h, 200 veh/km, 0.036 veh/h (found '36000.0')",
+            "feedback.min_rate_veh_per_h: above 72 km/h, 200 veh/km, 0.036 veh/h (found '36000')",
         ),
         (
             Fault("no link is meant", "control", 3, "measured", "zz"),
@@ -392,7 +392,7 @@ ramp_meters:
             8,
             "closures[0].links: no such link (found 'zz')",
         ),
-        (Fault("too late", "control", 4, "begin", 60.0), 9, "begin_s: too late (found '60.0')"),
+        (Fault("too late", "control", 4, "begin", 60.0), 9, "begin_s: too late (found '60')"),
         (Fault("nothing", "control", 5, "links", "lanes > 9"), 10, "closures[1].where: nothing"),
         (Fault("sets it too", "control", 5), 10, "simulate.control.closures[1]: sets it too"),
     ],
@@ -408,14 +408,31 @@ def test_what_the_library_finds_is_said_in_the_words_of_the_file(
 
 
 def test_faults_of_classes_and_of_other_inputs(tmp_path: Path) -> None:
-    config = load_config(
-        write_small_run(tmp_path, with_simulate("  classes:\n    - name: a\n      compliance: 2\n"))
-    )
-    of_class = Fault("must lie", "classes", 1, "compliance", 2)
+    text = "  classes:\n    - name: a\n      banned: {links: [zz]}\n"
+    config = load_config(write_small_run(tmp_path, with_simulate(text)))
+    of_class = Fault("no such link", "classes", 1, "banned", "zz")
     other = Fault("is cut", "links.parquet")
     told = as_written([of_class, other], config.simulate)
-    expected = "simulate.classes[0].compliance: must lie"
-    assert told == [Fault(expected, str(tmp_path / "small.yaml"), FIRST + 2, None, 2.0), other]
+    expected = "simulate.classes[0].banned: no such link"
+    assert told == [Fault(expected, str(tmp_path / "small.yaml"), FIRST + 2, None, "zz"), other]
+
+
+def test_classes_that_make_no_sense_are_refused_with_their_lines(tmp_path: Path) -> None:
+    text = "  classes:\n    - name: a\n      compliance: 2\n      value_of_time_per_h: 0\n"
+    faults = faults_of(tmp_path, with_simulate(text))
+    assert [fault.partition(" must")[0] for fault in faults] == [
+        f"small.yaml:{FIRST + 2}: simulate.classes[0].compliance:",
+        f"small.yaml:{FIRST + 3}: simulate.classes[0].value_of_time_per_h:",
+    ]
+
+
+def test_measures_that_the_library_numbers_are_named_by_their_place(tmp_path: Path) -> None:
+    config = load_config(write_small_run(tmp_path, with_control(CONTROL)))
+    what = "sets the exit capacity that measure 2 (ramp meter on link 1-3) sets too"
+    (told,) = as_written([Fault(what, "control", 3)], config.simulate)
+    place = f"simulate.control.ramp_meters[0], line {FIRST + 12} (ramp meter"
+    assert told.what.startswith("simulate.control.ramp_meters[1]: sets the exit capacity that ")
+    assert place in told.what
 
 
 def test_the_examples_of_gridlock_differ_in_control_only() -> None:
