@@ -63,6 +63,7 @@ class Gate:
         left = np.maximum(opens - time, 0.0)
         ratio = headway[changed] / self.headway[changed]
         opens = np.where(left > 0, time + left * ratio, opens)
+        opens = np.where(self.held[changed], np.maximum(opens, time), opens)
         self.headway, self.held = headway, held
         self.opens[changed] = opens
         link[name][changed] = np.where(held[changed], np.inf, opens)
@@ -125,7 +126,10 @@ class Application:
         if "node_capacity" in changed:
             self._set_node_capacities(world.routes.node[:-1], levers, time)
         if changed & {"plan", "phase"}:
-            self.plans.put(link, levers, self.applied, time)
+            concerned = self.plans.put(link, levers, self.applied, time)
+            # nobody may leave in the past by a green that was not there then
+            link["exit_open"][concerned] = np.maximum(link["exit_open"][concerned], time)
+            refresh(world, concerned)
         if changed & {"toll", "advice", "banned", "entry_closed", "entry_capacity"}:
             self._set_costs(world, levers)
         self.applied = levers.copy()

@@ -6,7 +6,7 @@ import numpy as np
 
 from uxsim_geo.engine.link import platoon_at
 from uxsim_geo.engine.random import CHOICE, draw
-from uxsim_geo.engine.records import ARRIVE, DEAD_END, World, kernel
+from uxsim_geo.engine.records import ARRIVE, DEAD_END, NOTHING, World, kernel
 
 
 @kernel
@@ -15,7 +15,7 @@ def choose(w: World, q, step):
 
     A blocked platoon draws again in every step. `since_step` is the first step of an unbroken run
     of one and the same outcome: no move may be earlier, or platoons would move in their past. A
-    platoon with one out-link only has always wanted that.
+    platoon that never had but one out-link has always wanted that.
     """
     queue = w.links.queue[q]
     platoon = platoon_at(w.links, queue, queue["left"])
@@ -37,8 +37,11 @@ def choose(w: World, q, step):
         trail = -1
         total, options, only = add_up_weights(w, queue["end_node"], destination, trail)
     if options <= 1:
+        if before == NOTHING:
+            queue["since_step"] = -1
+        elif before != only:  # it has been turned away from another, or routes have changed
+            queue["since_step"] = step
         queue["choice"] = only
-        queue["since_step"] = -1
         return
     mark = -1.0
     if not w.links.clock[0]["deterministic"]:

@@ -73,8 +73,11 @@ class Plans:
             phase[nodes] = np.where(held >= 0, held, phase[nodes])
         return phase
 
-    def put(self, queue: Records, levers: Levers, before: Levers, time: float) -> None:
-        """Put the plans and phases in force into the links of all nodes where they have changed."""
+    def put(self, queue: Records, levers: Levers, before: Levers, time: float) -> Ints:
+        """Put the plans and phases in force into the links of all nodes where they have changed.
+
+        Returns these links.
+        """
         changed = (levers.plan != before.plan) | (levers.phase != before.phase)
         concerned = changed[self.node]
         queue["cycle"][self.link[concerned]] = 0.0
@@ -82,6 +85,7 @@ class Plans:
         held = levers.phase[self.node[rows]]
         self._let_run(queue, rows[held < 0])
         self._hold(queue, rows[held >= 0], levers, before, time)
+        return np.unique(self.link[concerned])
 
     def _let_run(self, queue: Records, rows: Ints) -> None:
         link = self.link[rows]
