@@ -17,8 +17,18 @@ if TYPE_CHECKING:
     from uxsim_geo.result import Result
     from uxsim_geo.settings import Settings
     from uxsim_geo.version import __version__
+    from uxsim_geo.world.world import World
 
-__all__ = ["Demand", "InputError", "Network", "Result", "Settings", "__version__", "simulate"]
+__all__ = [
+    "Demand",
+    "InputError",
+    "Network",
+    "Result",
+    "Settings",
+    "World",
+    "__version__",
+    "simulate",
+]
 
 _HOMES = {
     "Demand": "demand.demand",
@@ -26,6 +36,7 @@ _HOMES = {
     "Network": "network.network",
     "Result": "result",
     "Settings": "settings",
+    "World": "world.world",
     "__version__": "version",
     "simulate": "engine.simulation",
 }

@@ -27,14 +27,23 @@ POINTS_PER_INCH = 72.0
 NARROWEST = 0.6  # line width, points
 GAP = 0.7  # between the two directions of a road, points
 LABELLED_NODES = 60  # more would cover the map
+LETTERS_IN_CIRCLE = 3  # of a node's name
 
 
-def network_state_figure(network: Network, totals: pd.DataFrame, title: str) -> Figure:
+def network_state_figure(
+    network: Network,
+    totals: pd.DataFrame,
+    title: str,
+    *,
+    volume: str = "volume, veh",
+    period: str = "over the run",
+) -> Figure:
     """Map of the whole run: width is the volume, colour the mean speed relative to free speed.
 
-    ``totals`` comes from :func:`uxsim_geo.analysis.link_states.link_totals`. Each link stands to
-    the right of its road, so that both directions show. Raises ValueError if the network has no
-    geometry.
+    ``totals`` comes from :func:`uxsim_geo.analysis.link_states.link_totals`; where its volume or
+    its speed are those of something else, ``volume`` and ``period`` say of what. Each link stands
+    to the right of its road, so that both directions show. Raises ValueError if the network has
+    no geometry.
     """
     from matplotlib.figure import Figure
 
@@ -51,7 +60,9 @@ def network_state_figure(network: Network, totals: pd.DataFrame, title: str) -> 
     _draw_nodes(axes, network, plane)
     _draw_scale(axes, plane)
     bar = figure.colorbar(traffic, ax=axes, shrink=0.6, pad=0.02, format="%d")
-    bar.set_label("mean speed over the run, % of free speed")
+    bar.set_label(f"mean speed {period}, % of free speed")
+    if (legend := axes.get_legend()) is not None:
+        legend.set_title(volume)
     return figure
 
 
@@ -151,7 +162,6 @@ def _draw_width_legend(axes: Axes, largest: float, widest: float, *, unused: boo
     axes.legend(
         handles,
         labels,
-        title="volume, veh",
         loc="upper left",
         bbox_to_anchor=(1.0, 1.0),
         frameon=False,
@@ -159,13 +169,25 @@ def _draw_width_legend(axes: Axes, largest: float, widest: float, *, unused: boo
 
 
 def _draw_nodes(axes: Axes, network: Network, plane: MapPlane) -> None:
-    """Names in circles while there is room, else nothing: junctions show by themselves."""
+    """Names in circles, or above them if long, while there is room; else junctions speak."""
     if len(network.nodes) > LABELLED_NODES:
         return
+    names = network.nodes["node_id"].astype(str)
+    short = names.str.len().max() <= LETTERS_IN_CIRCLE
     x, y = plane.points.T
-    axes.scatter(x, y, s=190, c="white", edgecolors="#555555", linewidths=0.8, zorder=3)
-    for name, point in zip(network.nodes["node_id"].astype(str), plane.points, strict=True):
-        axes.annotate(name, tuple(point), ha="center", va="center", fontsize=7.5, zorder=4)
+    size = 190 if short else 40
+    axes.scatter(x, y, s=size, c="white", edgecolors="#555555", linewidths=0.8, zorder=3)
+    for name, point in zip(names, plane.points, strict=True):
+        axes.annotate(
+            name,
+            tuple(point),
+            xytext=(0, 0 if short else 6),
+            textcoords="offset points",
+            ha="center",
+            va="center" if short else "bottom",
+            fontsize=7.5,
+            zorder=4,
+        )
 
 
 def _draw_scale(axes: Axes, plane: MapPlane) -> None:
