@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from hypothesis import strategies as st
+from small_networks import link
 from twin import TwinLink
 
 #: link_ids from origin to destination: the only way there is
@@ -73,3 +74,44 @@ def routes_of(links: Sequence[TwinLink]) -> Routes:
 def substeps_for(links: Sequence[TwinLink]) -> int:
     """The fewest parts of a step that all numbers of lanes divide."""
     return math.lcm(*(link.lanes for link in links))
+
+
+#: rows of links as `small_networks.link` makes them, and of demand
+Tables = tuple[list[dict], list[tuple[str, str, float, float, float]]]
+
+
+@st.composite
+def webs(draw: st.DrawFn, platoon_size: int) -> Tables:
+    """Up to eight links between up to five nodes, and up to six flows, more than there is room for.
+
+    The first links make a road from node to node, closed to a ring if there are enough of them; so
+    loops, parallel links, dead ends and pairs without a way occur. Lengths and times grow with Δn.
+    """
+    nodes = draw(st.sampled_from([5, 4, 3, 2]))
+    links = []
+    for number in range(draw(st.integers(2, 8))):
+        start = number if number < nodes else draw(st.integers(0, nodes - 1))
+        end = (start + (1 if number < nodes else draw(st.integers(1, nodes - 1)))) % nodes
+        links.append(
+            link(
+                f"link{number}",
+                f"{start}",
+                f"{end}",
+                platoon_size * draw(st.floats(1, 80)),
+                free_speed=draw(st.floats(3, 30)),
+                lanes=draw(st.integers(1, 3)),
+                jam_density=draw(st.floats(0.1, 0.25)),
+                capacity=draw(st.sampled_from([math.nan, 0.05, 0.1, 0.4])),
+                merge_priority=draw(st.sampled_from([0.5, 1.0, 3.0])),
+            )
+        )
+    used = sorted({row[end] for row in links for end in ("from_node_id", "to_node_id")})
+    rows = []
+    for _ in range(draw(st.integers(1, 6))):
+        origin, destination = draw(st.permutations(used))[:2]
+        start = platoon_size * draw(st.floats(0, 60))
+        end = start + platoon_size * draw(st.floats(1, 120))
+        rows.append(
+            (origin, destination, start, end, float(draw(st.integers(10, 80 * platoon_size))))
+        )
+    return links, rows
