@@ -50,7 +50,7 @@ class Material:
 
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG001
     tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "import_notes"))
-    names = (*tables, ingest.DEMAND_NOTES, simulate.EVENTS, simulate.TRIPS)
+    names = (*tables, ingest.DEMAND_NOTES, *simulate.tables_of(folder))
     return {name: folder / name for name in names}
 
 

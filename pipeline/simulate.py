@@ -35,6 +35,7 @@ def _run(task: Task) -> Outcome:
 
     result = _simulated(task)
     task.begin_writing()
+    (task.folder / SPEED_LIMITS).unlink(missing_ok=True)  # of a run that was not finished
     tables = {EVENTS: result.events, TRIPS: result.trips}
     if len(result.speed_limits):
         tables[SPEED_LIMITS] = result.speed_limits
@@ -82,14 +83,17 @@ def read_result(task: Task) -> Result:
     from uxsim_geo.parquet import read_tables
     from uxsim_geo.result import Result
 
-    names = [EVENTS, TRIPS]
-    if (task.folder / SPEED_LIMITS).is_file():
-        names.append(SPEED_LIMITS)
-    events, trips, *limits = read_tables(*(task.folder / name for name in names))
+    paths = (task.folder / name for name in tables_of(task.folder))
+    events, trips, *limits = read_tables(*paths)
     figures = dict(task.figures[STAGE.name])
     notes = tuple(figures.pop("ineffective_measures"))
     result = Result(events, trips, task.config.simulate.settings(), **figures, notes=notes)
     return replace(result, speed_limits=limits[0]) if limits else result
+
+
+def tables_of(folder: RunFolder) -> list[str]:
+    """Name the tables that the simulation left."""
+    return [EVENTS, TRIPS, *([SPEED_LIMITS] if (folder / SPEED_LIMITS).is_file() else [])]
 
 
 def _words(result: Result) -> str:

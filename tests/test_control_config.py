@@ -426,6 +426,24 @@ def test_classes_that_make_no_sense_are_refused_with_their_lines(tmp_path: Path)
     ]
 
 
+def fields_of(measure: object) -> set[str]:
+    """Names of the fields of a measure and of what it holds."""
+    found = set()
+    for name in getattr(measure, "__dataclass_fields__", ()):
+        value = getattr(measure, name)
+        found |= {name} | (fields_of(value) if not isinstance(value, Target) else set())
+        found |= fields_of(value[0]) if isinstance(value, tuple) and value else set()
+    return found
+
+
+@pytest.mark.parametrize("text", LEAST)
+def test_every_field_that_the_library_may_find_wrong_has_its_key(tmp_path: Path, text: str) -> None:
+    config = load_config(write_small_run(tmp_path, with_control(text)))
+    for name in fields_of(LEAST[text]):
+        (told,) = as_written([Fault("is wrong", "control", 1, name)], config.simulate)
+        assert told.what.partition(": ")[0].rpartition(".")[2].startswith(name)
+
+
 def test_measures_that_the_library_numbers_are_named_by_their_place(tmp_path: Path) -> None:
     config = load_config(write_small_run(tmp_path, with_control(CONTROL)))
     what = "sets the exit capacity that measure 2 (ramp meter on link 1-3) sets too"

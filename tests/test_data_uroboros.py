@@ -8,10 +8,12 @@ import pandas as pd
 import pytest
 from uxsim_csv import read_uxsim_demand, read_uxsim_network
 
+from pipeline.config_file import load_config
 from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.demand.tntp import read_tntp_trips
+from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.overrides import apply_overrides
@@ -22,6 +24,7 @@ FOLDER = Path(__file__).resolve().parents[1] / "data" / "uroboros"
 NUMBERS = {
     name: str(number) for number, name in enumerate(["N_in", "E_in", "S_in", "W_in", *"NESW"], 1)
 }
+CURES = ("merge_priority", "perimeter", "ramp_metering")
 LINK_KEY = ["from_node_id", "to_node_id"]
 LINK_FIGURES = ["length", "free_speed", "jam_density", "merge_priority"]
 
@@ -69,6 +72,21 @@ def test_the_cure_changes_two_priorities_and_nothing_else() -> None:
     assert set(cured.loc[changed, "merge_priority"]) == {2}
     rest = [column for column in LINK_FIGURES if column != "merge_priority"]
     assert cured[rest].equals(locked[rest])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_it_locks_by_itself_and_never_under_control(seed: int) -> None:
+    network = read_network("overrides.csv")
+    demand = read_demand(network)
+    configs = FOLDER.parents[1] / "configs"
+    for name in ("gridlock", *(f"gridlock_{cure}" for cure in CURES)):
+        section = load_config(configs / f"{name}.yaml", [f"simulate.seed={seed}"]).simulate
+        control = [entry.measure() for _, _, entry in section.control.entries()]
+        result = simulate(network, demand, section.settings(), control=control)
+        done = result.trips["status"] == "completed"
+        assert result.trips["vehicles"].sum() == 4200
+        assert (result.locked_vehicles > 0) == (name == "gridlock")
+        assert done.all() == (name != "gridlock")
 
 
 def test_links_and_demand_are_those_of_uxsim(shared: Path) -> None:
