@@ -201,7 +201,7 @@ def test_slips_of_nodes_demand_and_world() -> None:
     ]
     with pytest.raises(InputError, match="give flow in veh/s, or volume"):
         world.adddemand("a", "b", 0, 10)
-    with pytest.raises(InputError, match="no node of that name.*'z'"):
+    with pytest.raises(InputError, match=r"no node of that name.*'z'"):
         world.adddemand("a", "z", 0, 10, 1)
     with pytest.raises(InputError, match="did you mean a"):
         world.get_node("aa")
