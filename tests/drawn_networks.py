@@ -6,13 +6,11 @@ import math
 from collections.abc import Sequence
 
 from hypothesis import strategies as st
-from small_networks import link
+from small_networks import Row, Stream, link
 from twin import TwinLink
 
 #: link_ids from origin to destination: the only way there is
 Routes = dict[tuple[str, str], list[str]]
-#: origin, destination, start (s), end (s), flow (veh/s)
-Stream = tuple[str, str, float, float, float]
 Drawn = tuple[list[TwinLink], Routes, list[Stream]]
 
 
@@ -44,7 +42,8 @@ def _link(draw: st.DrawFn, link_id: str, ends: Sequence[str], platoon_size: int)
     jam_density = draw(st.floats(0.12, 0.2))
     return TwinLink(
         link_id,
-        *ends,
+        from_node=ends[0],
+        to_node=ends[1],
         # a hair more than whole, so that rounding does not make it a hair less
         length=(draw(st.integers(6, 30)) + 1e-9) * platoon_size / (lanes * jam_density),
         free_speed=draw(st.floats(6, 22)),
@@ -77,7 +76,7 @@ def substeps_for(links: Sequence[TwinLink]) -> int:
 
 
 #: rows of links as `small_networks.link` makes them, and of demand
-Tables = tuple[list[dict], list[tuple[str, str, float, float, float]]]
+Tables = tuple[list[Row], list[tuple[str, str, float, float, float]]]
 
 
 @st.composite
@@ -90,13 +89,13 @@ def webs(draw: st.DrawFn, platoon_size: int) -> Tables:
     nodes = draw(st.sampled_from([5, 4, 3, 2]))
     links = []
     for number in range(draw(st.integers(2, 8))):
-        start = number if number < nodes else draw(st.integers(0, nodes - 1))
-        end = (start + (1 if number < nodes else draw(st.integers(1, nodes - 1)))) % nodes
+        first = number if number < nodes else draw(st.integers(0, nodes - 1))
+        last = (first + (1 if number < nodes else draw(st.integers(1, nodes - 1)))) % nodes
         links.append(
             link(
                 f"link{number}",
-                f"{start}",
-                f"{end}",
+                f"{first}",
+                f"{last}",
                 platoon_size * draw(st.floats(1, 80)),
                 free_speed=draw(st.floats(3, 30)),
                 lanes=draw(st.integers(1, 3)),

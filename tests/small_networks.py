@@ -14,12 +14,15 @@ from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
+#: a row of the links table
+Row = dict[str, Any]
+
 Q = 0.8  # veh/s: the capacity of a link as `link` makes it, 20·0.2 / (1 + 20·1·0.2)
 
 
-def link(link_id: str, start: str, end: str, length: float = 1000.0, **other: object) -> dict:
+def link(link_id: str, start: str, end: str, length: float = 1000.0, **other: object) -> Row:
     """One lane, 20 m/s, 0.2 veh/m, unless told otherwise."""
-    row = {
+    row: Row = {
         "link_id": link_id,
         "from_node_id": start,
         "to_node_id": end,
@@ -33,7 +36,7 @@ def link(link_id: str, start: str, end: str, length: float = 1000.0, **other: ob
     return row | other
 
 
-def network(links: Iterable[dict], *, no_through: Sequence[str] = ()) -> Network:
+def network(links: Iterable[Row], *, no_through: Sequence[str] = ()) -> Network:
     table = pd.DataFrame(list(links))
     ids = pd.unique(pd.concat([table["from_node_id"], table["to_node_id"]]))
     through = [node not in no_through for node in ids]
@@ -45,7 +48,7 @@ def demand(*rows: tuple[str, str, float, float, float]) -> Demand:
     return Demand(pd.DataFrame(rows, columns=list(DEMAND_COLUMNS)))
 
 
-def grid(size: int, length: float = 300.0) -> list[dict]:
+def grid(size: int, length: float = 300.0) -> list[Row]:
     """Two-way streets; node ids are "row,column"."""
     links = []
     for i in range(size):
@@ -76,7 +79,7 @@ Stream = tuple[str, str, float, float, float]
 
 
 def run_streams(
-    links: Iterable[dict],
+    links: Iterable[Row],
     streams: Iterable[Stream],
     duration: float,
     platoon_size: int,

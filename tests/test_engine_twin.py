@@ -19,8 +19,9 @@ from dataclasses import asdict, replace
 import numpy as np
 import pandas as pd
 import pytest
-from drawn_networks import Drawn, Routes, Stream, substeps_for, trees
+from drawn_networks import Drawn, Routes, substeps_for, trees
 from hypothesis import given, settings
+from small_networks import Stream
 from twin import HOME, Case, TwinLink, TwinTrip, counts_at, largest_difference, run_twin
 
 from uxsim_geo.demand.demand import Demand

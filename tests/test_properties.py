@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from drawn_networks import Tables, webs
 from hypothesis import given, settings
-from small_networks import demand, network, on_link
+from small_networks import Row, demand, network, on_link
 from twin import counts_at
 
 from uxsim_geo.engine.simulation import simulate
@@ -34,7 +34,7 @@ Property = Callable[[Tables, Result], None]
 class Passing:
     """What passed a link, in the order of the entries: s, NaN while on it; vehicles."""
 
-    road: dict
+    road: Row
     enter: np.ndarray
     leave: np.ndarray
     vehicles: np.ndarray
@@ -42,7 +42,8 @@ class Passing:
     def room(self, platoon_size: int) -> float:
         """Vehicles that the link has room for at rest, one platoon at least."""
         road = self.road
-        return max(road["lanes"] * road["jam_density"] * road["length"], platoon_size)
+        jammed: float = road["lanes"] * road["jam_density"] * road["length"]
+        return max(jammed, platoon_size)
 
     def entered(self, times: np.ndarray) -> np.ndarray:
         """Vehicles that have entered the link by these times."""

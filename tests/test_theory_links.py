@@ -13,7 +13,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_networks import Q, Stream, demand, entries, exits, link, network, on_link, run_streams
+from small_networks import (
+    Q,
+    Row,
+    Stream,
+    demand,
+    entries,
+    exits,
+    link,
+    network,
+    on_link,
+    run_streams,
+)
 
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.settings import Settings
@@ -55,7 +66,7 @@ def test_a_free_trip_takes_the_free_flow_time(size: int) -> None:
     ],
 )
 def test_a_link_takes_and_gives_its_capacity(
-    road: dict, reaction_time: float, capacity: float, size: int
+    road: Row, reaction_time: float, capacity: float, size: int
 ) -> None:
     crowd = [("1", "2", 0.0, 300.0, 2 * capacity)]
     result = run_streams(

@@ -55,8 +55,8 @@ def test_lots_are_drawn_anew_for_every_opening() -> None:
     """How many go in a row from one link is geometric: at 1:1 half of the runs are of one."""
     result = merge_of((1, 1), 3000, 5)
     events = result.events.dropna(subset="exit_s").sort_values("exit_s")
-    went = events["link"].astype(str)
-    went = went[went != "out"].to_numpy()
+    links = events["link"].astype(str).to_numpy()
+    went = links[links != "out"]
     begins = np.flatnonzero(np.r_[True, went[1:] != went[:-1], True])
     runs = np.diff(begins)
     assert runs.size / went.size == pytest.approx(0.5, abs=four_sigma(0.5, went.size))
