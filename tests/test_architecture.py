@@ -35,6 +35,7 @@ PYTHON_SIDE = (
     "binding",
     "plans",
     "population",
+    "saved",
     "setting",
     "simulation",
     "steering",

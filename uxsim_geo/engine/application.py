@@ -124,7 +124,11 @@ class Application:
         if "merge_priority" in changed:
             link["merge_priority"] = levers.merge_priority[self.row_of_link]
         if "node_capacity" in changed:
-            self._set_node_capacities(world.routes.node[:-1], levers, time)
+            nodes = self._set_node_capacities(world.routes.node[:-1], levers, time)
+            # nobody may leave in the past over a node that was closed or busy then
+            concerned = np.flatnonzero(np.isin(link["end_node"], nodes))
+            link["exit_open"][concerned] = np.maximum(link["exit_open"][concerned], time)
+            refresh(world, concerned)
         if changed & {"plan", "phase"}:
             concerned = self.plans.put(link, levers, self.applied, time)
             # nobody may leave in the past by a green that was not there then
@@ -155,8 +159,8 @@ class Application:
             changed[gate.field] = gate.set(link, capacity, closed[order], time)
         refresh(world, changed["exit"])
 
-    def _set_node_capacities(self, node: Records, levers: Levers, time: float) -> None:
-        """As gates, but that a capacity of inf is a headway of 0."""
+    def _set_node_capacities(self, node: Records, levers: Levers, time: float) -> Ints:
+        """As gates, but that a capacity of inf is a headway of 0. Returns the nodes changed."""
         changed = np.flatnonzero(levers.node_capacity != self.applied.node_capacity)
         capacity, before = levers.node_capacity[changed], self.applied.node_capacity[changed]
         left = np.maximum(node["open"][changed] - time, 0.0)
@@ -166,6 +170,7 @@ class Application:
         left = np.where(had_limit, left, 0.0)
         node["open"][changed] = np.where(capacity > 0, time + left * ratio, np.inf)
         node["headway"][changed] = 1.0 / np.where(capacity > 0, capacity, 1.0)
+        return changed
 
     def _set_costs(self, world: World, levers: Levers) -> None:
         before = self._avoided(self.applied)

@@ -20,7 +20,6 @@ from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
 _EVENT_BUFFER = 1 << 14  # rows
-_FIRST_TRAIL = 1 << 12  # nodes; it doubles when it must
 Records = npt.NDArray[Any]
 
 
@@ -87,7 +86,7 @@ def build_world(
             observed=np.zeros((rows, len(links))),
             extra=np.zeros((drivers.size, len(links))),
             given=wishes.given.astype(np.int32),
-            trail=np.empty(_FIRST_TRAIL if settings.no_cycles else 0, records.VISITED),
+            trail=np.empty(0, records.VISITED),
             settled=np.empty(len(node_ids), np.int32),
             heap=np.empty(len(links) + 1, np.int64),
         ),

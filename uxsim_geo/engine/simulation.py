@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,18 +17,32 @@ from uxsim_geo.control.levers import Levers
 from uxsim_geo.control.site import Measure
 from uxsim_geo.control.traffic import Traffic
 from uxsim_geo.demand.check import check_demand
-from uxsim_geo.demand.demand import Demand
+from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.engine.additions import add_platoons, platoons_to_add
 from uxsim_geo.engine.arrays import build_world
 from uxsim_geo.engine.loop import finish, introduce, refresh, run_until
-from uxsim_geo.engine.records import World
+from uxsim_geo.engine.records import EVENT, World
+from uxsim_geo.engine.saved import (
+    fill_steering,
+    from_plain,
+    platoon_parts,
+    platoons_from,
+    read_saved,
+    steering_parts,
+    to_plain,
+    with_arrays,
+    world_arrays,
+    write_saved,
+)
 from uxsim_geo.engine.setting import Setting, set_up
 from uxsim_geo.engine.tables import event_table, limit_table, tolls_paid, trip_table
+from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Progress, Result
 from uxsim_geo.settings import Settings
 
 _REPORTS = 100  # of progress, in a run that is watched
+_LEAST_ROOM = 1 << 12  # places by which a buffer grows at least
 
 Records = npt.NDArray[Any]
 
@@ -196,6 +212,57 @@ class Simulation:
             speed_limits=limit_table(limits, self.setting.site.free_speed, link_ids),
         )
 
+    def save(self, path: str | Path) -> None:
+        """Write the run to a file, from which :meth:`resume` goes on as if it had not stopped."""
+        self._take_events()
+        texts, arrays = platoon_parts(self.platoons)
+        told, control = steering_parts(self.steering)
+        arrays |= control | world_arrays(self.world)
+        arrays["events"] = to_plain(np.concatenate(self._events))
+        state = {
+            "settings": asdict(self.settings),
+            "classes": [one.name for one in self.setting.classes],
+            "platoons": texts,
+            "control": told,
+            "acted_step": self._acted_step,
+            "touched": self._touched,
+            "wall_s": self.wall_s,
+        }
+        write_saved(Path(path), self.network, state, arrays)
+
+    @classmethod
+    def resume(
+        cls,
+        path: str | Path,
+        *,
+        control: Sequence[Measure] = (),
+        classes: Sequence[DriverClass] = (),
+    ) -> Simulation:
+        """Go on with a run that was saved; it needs the same control and classes once more.
+
+        Raises :class:`InputError` for a file that is no saved run, is damaged, is of another
+        version of this library, or was under other control.
+        """
+        network, state, arrays = read_saved(Path(path))
+        try:
+            nobody = Demand(pd.DataFrame({name: [] for name in DEMAND_COLUMNS}))
+            settings = Settings(**state["settings"])
+            run = cls(network, nobody, settings, control=control, classes=classes)
+            if [one.name for one in run.setting.classes] != state["classes"]:
+                raise ValueError(f"it had other classes of drivers: {', '.join(state['classes'])}")
+            run.platoons = platoons_from(state["platoons"], arrays)
+            run.world = with_arrays(run.world, arrays)
+            run.setting.given = run.world.routes.given.astype(np.int64)
+            fill_steering(run.steering, state["control"], arrays)
+            run._events = [from_plain(arrays["events"], EVENT)]
+            run._acted_step, run._touched = int(state["acted_step"]), bool(state["touched"])
+            run.wall_s = float(state["wall_s"])
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError([Fault(f"cannot be resumed: {error}", str(path))]) from None
+        return run
+
     def _call(self, task: Callable[[World], bool]) -> None:
         """Have the kernels do a task; empty and widen buffers as often as needed."""
         with np.errstate(all="ignore"):  # hashes overflow by design; matters without the JIT only
@@ -214,12 +281,14 @@ def _widened(world: World) -> World:
     links, routes, clock = world.links, world.routes, world.links.clock[0]
     if clock["pool_full"]:
         clock["pool_full"] = 0
-        pool = np.concatenate([links.platoon, np.empty_like(links.platoon)])
-        world = world._replace(links=links._replace(platoon=pool))
+        world = world._replace(links=links._replace(platoon=_twice(links.platoon)))
     if clock["no_cycles"] and clock["trail_used"] == routes.trail.size:
-        trail = np.concatenate([routes.trail, np.empty_like(routes.trail)])
-        world = world._replace(routes=routes._replace(trail=trail))
+        world = world._replace(routes=routes._replace(trail=_twice(routes.trail)))
     return world
+
+
+def _twice(buffer: Records) -> Records:
+    return np.concatenate([buffer, np.empty(max(buffer.size, _LEAST_ROOM), buffer.dtype)])
 
 
 def _copy_to_finish(world: World, now: float, free_time: npt.NDArray[np.float64]) -> World:
