@@ -442,7 +442,7 @@ def test_a_route_must_lead_where_the_trip_goes() -> None:
         world.addVehicle("a", "d", 10, route=["ab", "cd"])
     with pytest.raises(InputError, match="must end at node d, but ends at b"):
         world.addVehicle("a", "d", 10, route=["ab"])
-    assert world.addVehicle("a", "d", 10).name == "0"
+    assert world.addVehicle("a", "d", 10).name == "added-0"
 
 
 def test_user_functions_of_elements_are_called_with_them() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from uxsim_geo.analysis.passages import Floats, Integers, Passages
 
@@ -41,6 +42,16 @@ class Samples:
         ahead = passages.positions(row, time + glance)
         speed = np.divide(ahead - position, glance, out=np.zeros_like(time), where=glance > 0)
         return cls(interval, row, time, position, speed)
+
+    def where(self, chosen: npt.NDArray[np.bool_]) -> Samples:
+        """The samples for which ``chosen`` holds; shape (samples,)."""
+        return Samples(
+            self.interval,
+            self.row[chosen],
+            self.time[chosen],
+            self.position[chosen],
+            self.speed[chosen],
+        )
 
 
 @dataclass(frozen=True)

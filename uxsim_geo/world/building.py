@@ -256,7 +256,7 @@ class Scenario:
         during a run too. Raises :class:`uxsim_geo.errors.InputError` with all that is wrong.
         """
         origin, destination = self.get_node(orig), self.get_node(dest)
-        label = str(len(self._vehicles)) if name is None else str(name)
+        label = f"added-{len(self._vehicles)}" if name is None else str(name)
         faults = Faults(f"vehicle {label}")
         time = values.number(faults, "departure_time", departure_time, least=self.TIME)
         if label in self._vehicles:
@@ -331,6 +331,11 @@ class Scenario:
     def get_nodes_in_area(self, x: float, y: float, r: float) -> list[Node]:
         """Return the nodes less than ``r`` from a place."""
         return [node for node in self.NODES if math.hypot(node.x - x, node.y - y) < r]
+
+    def row_of_vehicle(self, name: str) -> int | None:
+        """Return the row of the trips of a vehicle that was added by itself; None: none such."""
+        vehicle = self._vehicles.get(name)
+        return None if vehicle is None else vehicle.row
 
     def twins(self, vehicle: Vehicle) -> int:
         """How many vehicles the simulation knows that share both ends and the departure."""

@@ -22,7 +22,7 @@ class Vehicle:
     """A platoon that was added by itself: from one node to another, at a moment of its own.
 
     name
-        as it was given, or its number among those added
+        as it was given, or ``added-0`` and so on
     orig, dest, departure_time
         as they were given (departure_time in s)
     """
@@ -79,6 +79,12 @@ class Vehicle:
         if trip is None or trip["depart_s"] > self.W.TIME:
             return "home"
         return STATES[trip["status"]]
+
+    @property
+    def row(self) -> int | None:
+        """Its row of ``result.trips``; None before the simulation knows of it."""
+        trip = self._trip()
+        return None if trip is None else int(trip["vehicle"])
 
     @property
     def arrival_time(self) -> float | None:
