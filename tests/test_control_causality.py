@@ -72,16 +72,7 @@ def free() -> Result:
     return simulate(*CASE)
 
 
-def cases() -> list[object]:
-    """All measures, those marked for which the engine does not keep it yet."""
-    late = pytest.mark.xfail(reason="a node whose capacity is lifted lets platoons go in the past")
-    every = measures(600.0, 1200.0)
-    return [
-        pytest.param(one, marks=late) if isinstance(one, NodeCapacity) else one for one in every
-    ]
-
-
-@pytest.mark.parametrize("measure", cases(), ids=repr)
+@pytest.mark.parametrize("measure", measures(600.0, 1200.0), ids=repr)
 def test_nothing_happens_before_its_cause(measure: Measure, free: Result) -> None:
     """Before it begins a run is as without it; before it ends, as if it did not end."""
     told = simulate(*CASE, control=[measure])

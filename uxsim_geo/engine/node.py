@@ -98,20 +98,14 @@ def goes_before(w: World, q, other):
     mine, theirs = w.links.queue[q], w.links.queue[other]
     if mine["feasible"] != theirs["feasible"]:
         return mine["feasible"] < theirs["feasible"]
-    if not are_rivals(w, mine, theirs["choice"]):
+    if mine["choice"] < 0 or theirs["choice"] < 0:
+        return False
+    limited = w.routes.node[mine["end_node"]]["headway"] > 0.0
+    if mine["choice"] != theirs["choice"] and not limited:
         return False
     if is_origin(mine) or is_origin(theirs):
         return is_origin(mine)
     return lot(w, mine) < lot(w, theirs)
-
-
-@kernel
-def are_rivals(w: World, queue, choice):
-    """Whether a queue wants the same opening as one that goes to `choice`: link or node."""
-    if queue["choice"] == choice:
-        return choice >= 0
-    limited = w.routes.node[queue["end_node"]]["headway"] > 0.0
-    return limited and queue["choice"] >= 0 and choice >= 0
 
 
 @kernel
@@ -197,9 +191,12 @@ def renew_rivals(w: World, v, taken, time):
     """Work out again when those can move who wait for an out-link that has just been entered."""
     if taken < 0:
         return
+    limited = w.routes.node[v]["headway"] > 0.0
     for place in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
         rival = w.links.queue[w.routes.into[place]]
-        if rival["feasible"] < math.inf and are_rivals(w, rival, taken):
+        if rival["feasible"] == math.inf or rival["choice"] < 0:
+            continue
+        if rival["choice"] == taken or limited:
             if rival["feasible"] == time:
                 rival["lost"] += 1
             rival["feasible"] = time_of_move(w, rival)
