@@ -61,7 +61,7 @@ class Link(Element):
 
     @property
     def capacity(self) -> float:
-        """Capacity Q of the whole link, the top of its diagram as it was added, veh/s."""
+        """Capacity Q of the whole link, with its present speed and lanes, veh/s."""
         from uxsim_geo.network.diagram import diagram_capacity
         from uxsim_geo.world.scenario import links_table
 

@@ -1,0 +1,190 @@
+"""Tables and figures of a world, against what can be worked out by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from uxsim_geo import World
+from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.samples import Samples, cells_of_link
+
+
+def bottleneck(**told: object) -> World:
+    """1 km of road into 1 km that lets 0.4 veh/s in; 0.6 veh/s come for 500 s; a way round."""
+    quiet = {"print_mode": 0, "save_mode": 0, "random_seed": 0, "tmax": 1000, "deltan": 1}
+    world = World(**(quiet | {"hard_deterministic_mode": True} | told))  # type: ignore[arg-type]
+    for place, name in enumerate("abcd"):
+        world.addNode(name, place, 0)
+    world.addLink("ab", "a", "b", 1000)
+    world.addLink("bc", "b", "c", 1000, capacity_in=0.4)
+    world.addLink("ad", "a", "d", 600)
+    world.addLink("ad long", "a", "d", 900)
+    world.adddemand("a", "c", 0, 500, 0.6)
+    return world
+
+
+@pytest.fixture
+def done() -> World:
+    world = bottleneck()
+    world.exec_simulation()
+    return world
+
+
+def test_basic_figures(done: World) -> None:
+    row = done.analyzer.basic_to_pandas().iloc[0]
+    # number n of 300 departs at n/0.6 and leaves the bottleneck (n - 1)/0.4 after the first
+    delays = [(n / 0.4 - n / 0.6) for n in range(300)]
+    assert (row["total_trips"], row["completed_trips"]) == (300, 300)
+    assert row["average_delay"] == pytest.approx(np.mean(delays), rel=1e-3)
+    assert row["average_travel_time"] == pytest.approx(100 + np.mean(delays), rel=1e-3)
+    assert row["total_delay"] == pytest.approx(sum(delays), rel=1e-3)
+    assert row["average_delay_of_all"] == pytest.approx(row["average_delay"])
+
+
+def test_delay_of_all_counts_those_on_the_way_and_what_is_done_so_far() -> None:
+    world = bottleneck(tmax=2000)
+    world.exec_simulation(until_t=400)
+    row = world.analyzer.basic_to_pandas().iloc[0]
+    assert row["total_trips"] == 240
+    assert row["completed_trips"] == pytest.approx(0.4 * 300, abs=2)
+    events, trips = world.result.events, world.result.trips
+    gone = trips[trips["depart_s"] <= 400]
+    assert row["total_travel_time"] == pytest.approx(
+        (gone["arrive_s"].fillna(400) - gone["depart_s"]).sum()
+    )
+    assert len(events) == 240 + len(events[events["link"] == "bc"])
+
+
+def test_pairs(done: World) -> None:
+    table = done.analyzer.od_to_pandas()
+    assert len(table) == 1
+    row = table.iloc[0]
+    assert (row["orig"], row["dest"], row["total_trips"]) == ("a", "c", 300)
+    assert (row["free_travel_time"], row["shortest_distance"]) == (100, 2000)
+    assert row["average_distance_traveled_per_veh"] == pytest.approx(2000)
+    assert row["stddiv_distance_traveled_per_veh"] == pytest.approx(0, abs=1e-6)
+    world = bottleneck()
+    world.adddemand("a", "d", 0, 100, 0.1)
+    world.exec_simulation()
+    other = world.analyzer.od_to_pandas().set_index("dest").loc["d"]
+    assert other["shortest_distance"] == 600  # of two links between the same nodes
+
+
+def test_links(done: World) -> None:
+    table = done.analyzer.link_to_pandas().set_index("link")
+    assert table.index.tolist() == ["ab", "bc", "ad", "ad long"]
+    assert table["traffic_volume"].tolist() == [300, 300, 0, 0]
+    assert table["free_travel_time"].tolist() == [50, 50, 30, 45]
+    assert table.loc["bc", "delay_ratio"] == pytest.approx(1)
+    delays = [(n / 0.4 - n / 0.6) for n in range(300)]
+    assert table.loc["ab", "average_travel_time"] == pytest.approx(50 + np.mean(delays), rel=1e-3)
+    assert table.loc["ab", "stddiv_travel_time"] == pytest.approx(np.std(delays), rel=1e-2)
+    assert np.isnan(table.loc["ad", "average_travel_time"])
+
+
+def test_trips_and_where_they_were(done: World) -> None:
+    trips = done.analyzer.vehicle_trip_to_pandas()
+    first = trips.iloc[0]
+    assert (first["orig"], first["dest"], first["final_state"]) == ("a", "c", "completed")
+    assert first["travel_time"] == pytest.approx(100)
+    assert first["average_speed"] == pytest.approx(20)
+    samples = done.analyzer.vehicles_to_pandas()
+    own = samples[samples["name"] == "0"]
+    assert own["t"].diff().dropna().to_numpy() == pytest.approx(1)
+    assert own["x"].to_numpy() == pytest.approx(20 * (own["t"] - first["departure_time"]) % 1000)
+    assert own["v"].to_numpy() == pytest.approx(20)
+    # as many vehicles at a moment as there are on links
+    assert (samples["t"] == 300).sum() == done_at(300)
+
+
+def done_at(time: float) -> int:
+    world = bottleneck()
+    world.exec_simulation(until_t=time)
+    return int(sum(link.num_vehicles for link in world.LINKS))
+
+
+def test_the_networks_diagram(done: World) -> None:
+    table = done.analyzer.mfd_to_pandas()
+    assert table["t"].tolist() == [120.0 * bin_ for bin_ in range(9)]
+    events = done.result.events
+    time = (events["exit_s"] - events["enter_s"]).sum()
+    lane_length = 1000 + 1000 + 600 + 900
+    durations = np.append(np.full(8, 120.0), 40.0)
+    assert (table["network_k"] * durations).sum() * lane_length == pytest.approx(time)
+    assert (table["network_q"] * durations).sum() * lane_length == pytest.approx(300 * 2000)
+
+
+def test_states_within_links_are_those_of_the_diagram(done: World) -> None:
+    table = done.analyzer.link_traffic_state_to_pandas().set_index(["link", "t", "x"])
+    # free flow before the queue: 0.6 veh/s at 20 m/s; after the bottleneck 0.4
+    assert table.loc[("ab", 240.0, 0.0), "k"] == pytest.approx(0.6 / 20, rel=0.03)
+    assert table.loc[("bc", 240.0, 500.0), "k"] == pytest.approx(0.4 / 20, rel=0.03)
+    # in the queue flow 0.4 and, w = 1/(τκ) = 5 m/s, density κ - q/w = 0.2 - 0.4/5
+    queue = table.loc[("ab", 360.0, 900.0)]
+    assert queue["k"] == pytest.approx(0.2 - 0.4 / 5, abs=1 / 100)  # one vehicle on 100 m
+    assert queue["q"] == pytest.approx(0.4, rel=0.05)
+
+
+def test_cells_hold_every_sampled_second(done: World) -> None:
+    result = done.result
+    passages = Passages.of(done.network, result.events, result.trips, result.settings)
+    samples = Samples.of(passages, 2.0, 1000.0)
+    edges = (np.linspace(0, 1000, 8), np.linspace(0, 1000, 7))
+    cells = cells_of_link(passages, samples, 0, edges)
+    area = np.diff(edges[0])[:, None] * np.diff(edges[1])[None, :]
+    own = result.events[result.events["link"] == "ab"]
+    spent = (own["exit_s"] - own["enter_s"]).sum()
+    # samples every 2 s miss at most as much at both ends of each passage, and on average nothing
+    assert (cells.density * area).sum() == pytest.approx(spent, abs=2.0 * len(own) * 0.1)
+
+
+def test_figures_are_saved_under_names_that_any_system_takes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    world = bottleneck(save_mode=1, name="_x", deltan=5)
+    world.exec_simulation()
+    look = world.analyzer
+    look.time_space_diagram_traj("ad long")
+    look.time_space_diagram_density(["ab"])
+    look.cumulative_curves(world.get_link("ab"))
+    look.plot_vehicle_log(3)
+    look.network(300, detailed=1)
+    look.network_average()
+    look.macroscopic_fundamental_diagram(links=["ab", "bc"], fname="_main")
+    path = look.network_fancy(sample_ratio=1, interval=20)
+    look.output_data()
+    names = {file.name for file in (tmp_path / "out_x").iterdir()}
+    pictures = {"tsd_traj_ad_long", "tsd_k_ab", "cumulative_curves_ab", "vehicle_3"}
+    pictures |= {"network_300", "network_average", "mfd_main"}
+    tables = {"basic", "od", "mfd", "link", "link_traffic_state", "vehicles"}
+    expected = {f"{name}.png" for name in pictures} | {f"data_{name}.csv" for name in tables}
+    assert names == expected | {path.name}
+    saved = pd.read_csv(tmp_path / "out_x" / "data_link.csv")
+    assert saved["traffic_volume"].tolist() == [300, 300, 0, 0]
+
+
+def test_trajectories_of_a_figure_are_continuous_over_links(done: World) -> None:
+    (figure,) = done.analyzer.time_space_diagram_traj_links(["ab", "bc"])
+    first, second = figure.axes[0].collections[:2]
+    ends = {tuple(np.round(line[-1], 6)) for line in first.get_segments()}
+    begins = {tuple(np.round(line[0], 6)) for line in second.get_segments()}
+    assert len(begins) == 300
+    assert begins == ends
+
+
+def test_what_is_not_there_is_said(done: World, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(AttributeError, match="no netwrok; did you mean network"):
+        _ = done.analyzer.netwrok
+    with pytest.raises(TypeError, match="no netowrk_font_size; did you mean network_font_size"):
+        done.analyzer.network(0, netowrk_font_size=3)
+    with pytest.raises(RuntimeError, match="nothing has been simulated yet"):
+        _ = World(print_mode=0).analyzer
+    done.analyzer.print_simple_stats()
+    assert capsys.readouterr().out == ""
+    done.analyzer.print_simple_stats(force_print=True)
+    assert "mean delay, completed" in capsys.readouterr().out
