@@ -9,15 +9,13 @@ import numpy.typing as npt
 
 from uxsim_geo.analysis.passages import Floats, Integers, Passages
 
-#: s after which a platoon is looked at again for its speed; a hundredth of a step of τ = 1 s
-_GLANCE = 0.01
-
 
 @dataclass(frozen=True)
 class Samples:
     """Platoons on links at multiples of ``interval`` s; arrays of one length, by passage and time.
 
-    row (of the passages), time (s), position (m from the start of the link), speed (m/s).
+    row (of the passages), time (s), position (m from the start of the link), speed (m/s, mean
+    until the next moment or the exit: at one moment platoons in a queue either stand or drive).
     """
 
     interval: float
@@ -28,19 +26,18 @@ class Samples:
 
     @classmethod
     def of(cls, passages: Passages, interval: float, duration: float) -> Samples:
-        """Look at every passage from its entry until its exit, or until ``duration``, s."""
+        """Look at every passage from its entry on, before its exit and before ``duration``, s."""
         first = np.ceil(passages.enter / interval)
-        last = np.ceil(np.minimum(passages.exit, duration + interval) / interval)
-        last = np.minimum(last, np.floor(duration / interval) + 1)
+        last = np.ceil(np.minimum(passages.exit, duration) / interval)
         counts = np.maximum(last - first, 0).astype(np.int64)
         row = np.repeat(np.arange(passages.link.size), counts)
         before = np.cumsum(counts) - counts
         number = np.arange(row.size) - before[row]
         time = (first[row] + number) * interval
         position = passages.positions(row, time)
-        glance = np.minimum(_GLANCE, passages.exit[row] - time)
-        ahead = passages.positions(row, time + glance)
-        speed = np.divide(ahead - position, glance, out=np.zeros_like(time), where=glance > 0)
+        ahead = np.minimum(np.minimum(interval, duration - time), passages.exit[row] - time)
+        driven = passages.positions(row, time + ahead) - position
+        speed = np.divide(driven, ahead, out=np.zeros_like(time), where=ahead > 0)
         return cls(interval, row, time, position, speed)
 
     def where(self, chosen: npt.NDArray[np.bool_]) -> Samples:
