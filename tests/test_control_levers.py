@@ -148,7 +148,7 @@ def test_all_values_that_no_road_can_have_are_named_at_once() -> None:
     levers.node_capacity[3] = -1.0
     levers.phase[0] = -2
     faults = Faults()
-    levers.add_faults(faults, {"links": SITE.link_ids, "nodes": SITE.node_ids})
+    levers.add_faults(faults, {"links": SITE.link_ids, "nodes": SITE.node_ids}, QUANTITIES)
     assert len(faults.found) == 7
     assert_names(
         "\n".join(str(fault) for fault in faults.found),

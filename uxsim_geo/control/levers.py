@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -90,15 +90,19 @@ class Levers:
 
     def differences(self, other: Levers) -> set[str]:
         """Return the quantities that are not the same everywhere."""
+        # bytes are compared since that takes a tenth of the time; there are no NaNs
         return {
             name
             for name in QUANTITIES
-            if not np.array_equal(getattr(self, name), getattr(other, name))
+            if getattr(self, name).tobytes() != getattr(other, name).tobytes()
         }
 
-    def add_faults(self, faults: Faults, ids: dict[str, tuple[str, ...]]) -> None:
+    def add_faults(
+        self, faults: Faults, ids: dict[str, tuple[str, ...]], quantities: Collection[str]
+    ) -> None:
         """Note every value that no road can have; ``ids`` names ``links`` and ``nodes``."""
-        for name, (good, what) in _LIMITS.items():
+        for name in sorted(_LIMITS.keys() & set(quantities)):
+            good, what = _LIMITS[name]
             values = getattr(self, name)
             wrong = ~good(values)
             if not wrong.any():

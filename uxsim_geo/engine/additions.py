@@ -110,6 +110,7 @@ def _with_platoons_at_home(world: World, home: Records, node: Ints) -> tuple[Wor
         ring = ring[np.argsort(ring["enter"], kind="stable")]
         queue["base"][q], queue["mask"][q] = used - one["left"], np.iinfo(np.int64).max
         queue["entered"][q] = one["left"] + ring.size
+        queue["hole"][q], queue["hole_vehicles"][q] = one["left"], one["vehicles_left"]
         rings.append(ring)
         used += ring.size
     rings_in_row = np.concatenate(rings)
@@ -131,7 +132,7 @@ def _with_origins(world: World, nodes: Ints) -> World:
     new = np.zeros(missing.size, records.QUEUE)
     new["end_node"] = missing
     new["merge_priority"] = 1.0
-    new["hole"] = new["chosen_step"] = new["listed_step"] = new["next"] = -1
+    new["chosen_step"] = new["listed_step"] = new["next"] = -1
     new["choice"] = records.NOTHING
     new["ready"] = new["feasible"] = new["due"] = np.inf
     queue = np.concatenate([links.queue, new])

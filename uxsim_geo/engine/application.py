@@ -107,15 +107,14 @@ class Application:
         """Put in what holds before the first step."""
         world.routes.extra[...] = self._extra_costs(levers)
 
-    def apply(self, world: World, levers: Levers, time: float, *, at_once: bool) -> set[str]:
-        """Put all changes into effect from this time on; returns the quantities that changed.
+    def apply(
+        self, world: World, levers: Levers, changed: set[str], time: float, *, at_once: bool
+    ) -> None:
+        """Put the quantities that have changed into effect from this time on.
 
         ``at_once``: nobody knew that something could change now, so that all who are blocked have
         to look again.
         """
-        changed = levers.differences(self.applied)
-        if not changed:
-            return changed
         if changed & {"exit_capacity", "entry_capacity", "exit_closed", "entry_closed"} or (
             "speed_limit" in changed
         ):
@@ -139,7 +138,6 @@ class Application:
         self.applied = levers.copy()
         if at_once:
             refresh(world, np.arange(world.links.queue.size))
-        return changed
 
     def _set_gates(self, world: World, levers: Levers, time: float) -> None:
         order, link = self.row_of_link, world.links.queue[: self.row_of_link.size]

@@ -19,6 +19,7 @@ from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
+_STORAGE_DIGITS = 6  # of a vehicle
 _EVENT_BUFFER = 1 << 14  # rows
 Records = npt.NDArray[Any]
 
@@ -131,7 +132,9 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     )
     headway = 1.0 / effective_capacity(links, settings.reaction_time)
     link["entry_headway"] = link["exit_headway"] = headway
-    link["storage"] = np.maximum(settings.platoon_size, road["length"] / road["spacing"])
+    # what is whole on paper must be whole here: a hair less would cost a whole platoon
+    storage = np.round(road["length"] / road["spacing"], _STORAGE_DIGITS)
+    link["storage"] = np.maximum(settings.platoon_size, storage)
     link["merge_priority"] = links["merge_priority"]
     link["key"] = text_keys(links["link_id"].astype(str))
     link["end_node"] = road["to_node"]
@@ -139,7 +142,7 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     link["mask"] = _FIRST_RING - 1
     queue["end_node"][count:] = origins
     queue["merge_priority"][count:] = 1.0
-    queue["hole"] = -1
+    link["hole"] = -1
     queue["ready"] = queue["feasible"] = queue["due"] = np.inf
     queue["choice"] = records.NOTHING
     queue["chosen_step"] = queue["listed_step"] = queue["next"] = -1

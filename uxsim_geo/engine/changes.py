@@ -25,14 +25,20 @@ def sense_state(w: World, standing, waiting):
         standing[link] = vehicles - moving
     for origin in range(clock["links"], w.links.queue.size):
         queue = w.links.queue[origin]
-        vehicles = 0
-        for number in range(queue["left"], queue["entered"]):
-            platoon = platoon_at(w.links, queue, number)
-            if platoon["enter"] > time:
-                break
-            vehicles += platoon["vehicles"]
-        waiting[queue["end_node"]] = vehicles
+        waiting[queue["end_node"]] = vehicles_gone_out(w, queue, time) - queue["vehicles_left"]
     return True
+
+
+@kernel
+def vehicles_gone_out(w: World, queue, time):
+    """Count the vehicles of an origin that have left home by a time; it goes on from the last."""
+    while queue["hole"] < queue["entered"]:
+        platoon = platoon_at(w.links, queue, queue["hole"])
+        if platoon["enter"] > time:
+            break
+        queue["hole"] += 1
+        queue["hole_vehicles"] += platoon["vehicles"]
+    return queue["hole_vehicles"]
 
 
 @kernel

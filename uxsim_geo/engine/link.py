@@ -222,6 +222,6 @@ def position(links: Links, queue, road, number, exited, ahead, time):
         behind = ahead + leaver["vehicles"]
         gone = time - leaver["exit"] - road["lag"] * behind
         moves_at = road["length"] - road["spacing"] * behind + road["free_speed"] * gone
-    if stands_at <= min(free, moves_at):
+    if stands_at < min(free, moves_at):
         return max(stands_at, 0.0), True
     return max(min(free, moves_at), 0.0), False

@@ -52,6 +52,8 @@ class Plans:
             for number, phase in enumerate(plan.phases):
                 self.in_phase[row, number] = link_id in as_ids(phase.links)
         self._ends = _Ends(plans, most)
+        self._is_first = np.zeros(self.link.size, bool)  # of the rows of its link
+        self._is_first[np.unique(self.link, return_index=True)[1]] = True
 
     @property
     def phase_counts(self) -> Ints:
@@ -61,16 +63,14 @@ class Plans:
 
     def phase_at(self, levers: Levers, time: float) -> Ints:
         """Return the phase of every node, -1 where all is red or there is no signal."""
-        phase = np.full(levers.plan.size, -1, np.int64)
-        nodes = np.flatnonzero(levers.plan >= 0)
+        phase = np.where(levers.plan >= 0, levers.phase, -1)
+        nodes = np.flatnonzero((levers.plan >= 0) & (phase < 0))
         if nodes.size:
             ends = self._ends
             plan = levers.plan[nodes]
             at = np.mod(time - ends.offset[plan], ends.cycle[plan])[:, None]
             running = (at >= ends.starts[plan]) & (at < ends.ends[plan])
             phase[nodes] = np.where(running.any(axis=1), running.argmax(axis=1), -1)
-            held = levers.phase[nodes]
-            phase[nodes] = np.where(held >= 0, held, phase[nodes])
         return phase
 
     def put(self, queue: Records, levers: Levers, before: Levers, time: float) -> Ints:
@@ -85,7 +85,8 @@ class Plans:
         held = levers.phase[self.node[rows]]
         self._let_run(queue, rows[held < 0])
         self._hold(queue, rows[held >= 0], levers, before, time)
-        return np.unique(self.link[concerned])
+        links: Ints = self.link[concerned & self._is_first]
+        return links
 
     def _let_run(self, queue: Records, rows: Ints) -> None:
         link = self.link[rows]

@@ -59,7 +59,9 @@ QUEUE = np.dtype(
         ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
         ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
         ("hole_vehicles", np.float64),  # vehicles up to and with platoon `hole`
-        ("hole", np.int64),  # the last platoon before the exit that let the last entry in; or -1
+        # the last platoon before the exit that let the last entry in, or -1; of an origin: the
+        # first that has not been seen to have left home, `hole_vehicles` being those before it
+        ("hole", np.int64),
         # what it is
         ("storage", np.float64),  # m κ L, at least a platoon, vehicles
         ("free_time", np.float64),  # L / u, s

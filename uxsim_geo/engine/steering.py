@@ -57,6 +57,7 @@ class Steering:
         self.application = application
         self.histories = [History() for _ in self.rules]
         self.changes: list[tuple[float, dict[str, np.ndarray]]] = []
+        self._claimed = {claim.quantity for rule in self.rules for claim in rule.claims}
         self._calls: dict[int, list[int]] = {}
         self._ends: dict[int, list[int]] = {}
         for number, rule in enumerate(self.rules):
@@ -95,10 +96,11 @@ class Steering:
         self._apply(world, step * self.site.step, at_once=True)
 
     def _apply(self, world: World, time: float, *, at_once: bool) -> None:
-        if not self.levers.differences(self.application.applied):
+        changed = self.levers.differences(self.application.applied)
+        if not changed:
             return
-        self._check(time)
-        changed = self.application.apply(world, self.levers, time, at_once=at_once)
+        self._check(time, changed)
+        self.application.apply(world, self.levers, changed, time, at_once=at_once)
         logged = {name: getattr(self.levers, name).copy() for name in changed & {"toll"}}
         if changed & {"speed_limit"}:
             logged["speed_limit"] = np.minimum(self.levers.speed_limit, self.site.free_speed)
@@ -143,9 +145,10 @@ class Steering:
     def _refuse_trespass(self, rule: Rule, before: Levers, time: float) -> None:
         """Raise where a rule without claims has written what another one holds at this time."""
         faults = Faults("control")
-        for other in self.rules:
+        written = self.levers.differences(before) & self._claimed
+        for other in self.rules if written else ():
             if other.begin <= time < other.end:
-                for claim in other.claims:
+                for claim in (one for one in other.claims if one.quantity in written):
                     if (claimed(self.levers, claim) != claimed(before, claim)).any():
                         what = f"{rule.name}, at {time:g} s: sets the {claim.quantity} that "
                         faults.add(f"{what}{other.name} sets too; keep one of them")
@@ -171,11 +174,11 @@ class Steering:
         waits = (links["vehicles_entered"] > links["vehicles_left"])[here].any()
         history.felt = history.felt or bool(waits) or left > history.left_at_begin
 
-    def _check(self, time: float) -> None:
-        """Raise where the levers hold what cannot be."""
+    def _check(self, time: float, changed: set[str]) -> None:
+        """Raise where the levers that have changed hold what cannot be."""
         faults = Faults(f"control, at {time:g} s")
         ids = {"links": self.site.link_ids, "nodes": self.site.node_ids}
-        self.levers.add_faults(faults, ids)
+        self.levers.add_faults(faults, ids, changed)
         plan, phase = self.levers.plan, self.levers.phase
         counts = np.append(self.application.plans.phase_counts, 0)
         for node in np.flatnonzero(phase >= counts[plan]):
