@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 import shutil
 import subprocess
@@ -77,6 +78,29 @@ def test_a_grid_under_control_runs(folder: Path, capsys: pytest.CaptureFixture[s
     link = world.get_link("l(0, 0, 1, 0)")
     assert (link.merge_priority, link.free_flow_speed) == (0.2, 5)
     assert link.capacity_in == pytest.approx(0.5 / 2)  # at 5 m/s: 5·0.2 / (1 + 5·0.2)
+
+
+def test_the_examples_of_the_docs_run(folder: Path) -> None:
+    text = (REPOSITORY / "docs" / "scripting.md").read_text(encoding="utf-8")
+    examples = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    worlds = []
+    for example in examples:
+        names: dict[str, Any] = {}
+        exec(example, names)
+        worlds.append(names["W"])
+    merge, junction = worlds
+    assert merge.result.trips["vehicles"].sum() == 450 + 360
+    assert len(list((folder / "out_merge").iterdir())) == 2
+    assert junction.result.trips["vehicles"].sum() == 270 + 450 + 20
+    assert junction.get_link("bc").number_of_lanes == 1
+
+
+def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    section = text.split("## Scripting")[1].split("\n## ")[0]
+    code = [line[4:] for line in section.splitlines() if line.startswith("    ")]
+    exec("\n".join(code), {})
+    assert "720 vehicles" in capsys.readouterr().out
 
 
 def test_importing_all_names_is_light() -> None:

@@ -12,7 +12,7 @@ from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.settings import Settings
 from uxsim_geo.world import values
 from uxsim_geo.world.csv_files import read_csv_files
-from uxsim_geo.world.elements import unknown
+from uxsim_geo.world.elements import Element, unknown
 from uxsim_geo.world.links import Link
 from uxsim_geo.world.nodes import Node
 from uxsim_geo.world.options import end_at
@@ -42,6 +42,8 @@ class Scenario:
         self._new_vehicles: list[Vehicle] = []
         #: vehicles by origin, destination and departure
         self._moments: Counter[tuple[str, str, float]] = Counter()
+        #: of links and nodes, called with them at the end of every time step
+        self._functions: dict[Element, Callable[[Any], object]] = {}
         self._vehicles_told = 0.0
         self._last_departure = 0.0
         self._run: Run | None = None
@@ -142,9 +144,9 @@ class Scenario:
             "flow_capacity": flow_capacity,
             "attribute": attribute,
             "user_attribute": user_attribute,
-            "user_function": user_function,
         }
         node = Node(self, str(name), len(self._nodes), told)
+        node.user_function = user_function
         self._nodes[node.name] = node
         return node
 
@@ -201,9 +203,9 @@ class Scenario:
             "congestion_pricing": congestion_pricing,
             "attribute": attribute,
             "user_attribute": user_attribute,
-            "user_function": user_function,
         }
         link = Link(self, str(name), len(self._links), told)
+        link.user_function = user_function
         self._links[link.name] = link
         link.start_node.outlinks[link.name] = link
         link.end_node.inlinks[link.name] = link

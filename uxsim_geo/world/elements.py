@@ -31,7 +31,7 @@ class Element:
         self.id = number
         self.attribute = own.get("attribute")
         self.user_attribute = own.get("user_attribute")
-        self.user_function = own.get("user_function")
+        self._user_function: Callable[[Any], object] | None = None
 
     def __setattr__(self, name: str, value: object) -> None:
         if name in self.FIXED and hasattr(self, name):
@@ -58,6 +58,9 @@ class Element:
         found = values.user_function(faults, value)
         faults.raise_if_any()
         self._user_function = found
+        self.W._functions.pop(self, None)
+        if found is not None:
+            self.W._functions[self] = found
 
     @property
     def _run(self) -> Run | None:

@@ -80,7 +80,8 @@ class Node(Element):
         offset = values.number(faults, "signal_offset", value, least=-math.inf)
         clock = self._clock_of(faults, "signal_offset")
         clock.start = offset
-        clock.by_hand = self._run is not None
+        if self._run is not None:
+            self._run.follow_clock(self)
 
     @property
     def signal_phase(self) -> int:
@@ -120,11 +121,6 @@ class Node(Element):
         return self._clock.cycle if self._clock else 0.0
 
     @property
-    def moved_by_hand(self) -> bool:
-        """Whether a script has moved the signal while the simulation ran."""
-        return self._clock is not None and self._clock.by_hand
-
-    @property
     def flow_capacity(self) -> float | None:
         """What may pass from link to link over the node, veh/s; None: no limit."""
         return self._flow_capacity
@@ -154,4 +150,5 @@ class Node(Element):
     def _move_clock(self, phase: int, elapsed: float) -> None:
         assert self._clock is not None
         self._clock.move(self.W.TIME, phase, elapsed)
-        self._clock.by_hand = self._run is not None
+        if self._run is not None:
+            self._run.follow_clock(self)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from uxsim_geo.control.traffic import Traffic
@@ -27,6 +26,8 @@ class Run:
         self._world = world
         self._lanes = [link.number_of_lanes for link in world.LINKS]
         self._built = simulation.levers.copy()
+        self._priced: dict[int, Link] = {}
+        self._moved: dict[int, Node] = {}
         self._traffic: Traffic | None = None
         self._result: Result | None = None
         for link in world.LINKS:
@@ -67,22 +68,21 @@ class Run:
     def advance_step(self, until: float) -> None:
         """Go on by one step, under the prices and moved signals of its beginning."""
         levers, time = self.simulation.levers, self.time
-        for link in self._world.LINKS:
-            if link.congestion_pricing is not None:
-                levers.toll[link.id] = link.get_toll(time)
-        for node in self._world.NODES:
-            if node.moved_by_hand:
-                levers.phase[node.id] = node.signal_phase
+        for link in self._priced.values():
+            levers.toll[link.id] = link.get_toll(time)
+        for node in self._moved.values():
+            levers.phase[node.id] = node.signal_phase
         self.advance(until)
-        for function, element in self._user_functions():
+        for element, function in list(self._world._functions.items()):
             function(element)
+        if self._world.user_function is not None:
+            self._world.user_function(self._world)
 
     def acts_every_step(self) -> bool:
         """Whether anything must be done between two steps."""
-        return (
-            any(link.congestion_pricing is not None for link in self._world.LINKS)
-            or any(node.moved_by_hand for node in self._world.NODES)
-            or any(True for _ in self._user_functions())
+        world = self._world
+        return bool(
+            self._priced or self._moved or world._functions or world.user_function is not None
         )
 
     def lanes_built(self, link: Link) -> int:
@@ -105,8 +105,14 @@ class Run:
             lever[place] = own if told is None else min(own, told)
         levers.speed_limit[place] = link.free_flow_speed
         levers.merge_priority[place] = link.merge_priority
-        if link.congestion_pricing is None:
+        if link.congestion_pricing is not None:
+            self._priced[place] = link
+        elif self._priced.pop(place, None):
             levers.toll[place] = 0.0
+
+    def follow_clock(self, node: Node) -> None:
+        """Let a signal show what its clock says, which no longer follows its plan."""
+        self._moved[node.id] = node
 
     def write_node(self, node: Node) -> None:
         """Let a node be as its attributes say, from now on."""
@@ -118,13 +124,6 @@ class Run:
         count = self.traffic.count
         total = float(count.sum())
         return total, float((count * self.traffic.speed).sum()) / total if total else math.nan
-
-    def _user_functions(self) -> Iterator[tuple[Callable[[Any], object], Any]]:
-        """Yield the functions to call after every step, and what each is called with."""
-        elements: list[Any] = [*self._world.LINKS, *self._world.NODES, self._world]
-        for element in elements:
-            if element.user_function is not None:
-                yield element.user_function, element
 
     def _forget(self) -> None:
         self._traffic = self._result = None

@@ -37,8 +37,9 @@ class Sight:
         if world.TIME <= 0:
             raise RuntimeError("nothing has been simulated yet: call exec_simulation() first")
         self.W = world
-        now = replace(world.result.settings, duration=world.TIME)
-        self._result: Result = replace(world.result, settings=now)
+        self.source = world.result
+        now = replace(self.source.settings, duration=world.TIME)
+        self._result: Result = replace(self.source, settings=now)
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(options.absent("Analyzer", name, dir(type(self))))

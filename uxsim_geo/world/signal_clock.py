@@ -15,16 +15,13 @@ class SignalClock:
         of the phases, s
     start
         a time at which the first phase begins, s after the start of the simulation
-    by_hand
-        a script has moved it: the phases no longer follow the plan that the run began with
     """
 
-    __slots__ = ("by_hand", "durations", "start")
+    __slots__ = ("durations", "start")
 
     def __init__(self, durations: Sequence[float], start: float) -> None:
         self.durations = tuple(durations)
         self.start = start
-        self.by_hand = False
 
     @property
     def cycle(self) -> float:

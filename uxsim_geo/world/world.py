@@ -71,7 +71,6 @@ class World(Scenario):
     #: what a script may set at any time
     SETTABLE = frozenset(
         {
-            "EULAR_DT",
             "adjust_node_capacity",
             "name",
             "print_mode",
@@ -131,7 +130,7 @@ class World(Scenario):
         super().__init__(options.settings_of(told), tmax)
         faults = Faults("World")
         self.user_function = values.user_function(faults, user_function)
-        self.EULAR_DT = values.number(faults, "eular_dt", eular_dt, above=0.0)
+        self._time_bin = values.number(faults, "eular_dt", eular_dt, above=0.0)
         report = values.number(faults, "show_progress_deltat", show_progress_deltat, above=0.0)
         faults.raise_if_any()
         self.name = name
@@ -140,6 +139,7 @@ class World(Scenario):
         self.adjust_node_capacity = adjust_node_capacity
         self.show_progress_deltat = report
         self._network: Network | None = None
+        self._analyzer: Analyzer | None = None
 
     def __repr__(self) -> str:
         return f"<World {self.name}>"
@@ -162,7 +162,14 @@ class World(Scenario):
         """Tables, figures and statistics of what has been simulated so far."""
         from uxsim_geo.world.analyzer import Analyzer
 
-        return Analyzer(self)
+        if self._analyzer is None or self._analyzer.source is not self.result:
+            self._analyzer = Analyzer(self)
+        return self._analyzer
+
+    @property
+    def EULAR_DT(self) -> float:
+        """Time bins of the analyses, s."""
+        return self._time_bin
 
     @property
     def network(self) -> Network:
