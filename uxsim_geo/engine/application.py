@@ -14,7 +14,7 @@ from uxsim_geo.control.site import Site
 from uxsim_geo.engine.loop import avoid, refresh
 from uxsim_geo.engine.plans import Plans
 from uxsim_geo.engine.population import Drivers
-from uxsim_geo.engine.records import World
+from uxsim_geo.engine.records import Queues, World
 
 #: s: what a closed link costs at least, so that it is chosen only where there is no other way
 _CLOSED_COST = 86_400.0
@@ -127,17 +127,18 @@ class Application:
             # nobody may leave in the past over a node that was closed or busy then
             concerned = np.flatnonzero(np.isin(link["end_node"], nodes))
             link["exit_open"][concerned] = np.maximum(link["exit_open"][concerned], time)
-            refresh(world, concerned)
+            _refresh(world, concerned)
         if changed & {"plan", "phase"}:
             concerned = self.plans.put(link, levers, self.applied, time)
             # nobody may leave in the past by a green that was not there then
             link["exit_open"][concerned] = np.maximum(link["exit_open"][concerned], time)
-            refresh(world, concerned)
+            _refresh(world, concerned)
         if changed & {"toll", "advice", "banned", "entry_closed", "entry_capacity"}:
             self._set_costs(world, levers)
-        self.applied = levers.copy()
+        for quantity in changed:
+            setattr(self.applied, quantity, getattr(levers, quantity))
         if at_once:
-            refresh(world, np.arange(world.links.queue.size))
+            _refresh(world, np.arange(world.links.queue.size))
 
     def _set_gates(self, world: World, levers: Levers, time: float) -> None:
         order, link = self.row_of_link, world.links.queue[: self.row_of_link.size]
@@ -155,7 +156,7 @@ class Application:
             closed = getattr(levers, f"{gate.field}_closed")
             capacity = np.minimum(capacity, most)[order]
             changed[gate.field] = gate.set(link, capacity, closed[order], time)
-        refresh(world, changed["exit"])
+        _refresh(world, changed["exit"])
 
     def _set_node_capacities(self, node: Records, levers: Levers, time: float) -> Ints:
         """As gates, but that a capacity of inf is a headway of 0. Returns the nodes changed."""
@@ -196,3 +197,7 @@ class Application:
         cost = np.where(levers.banned[self._class_of], np.inf, cost)
         extra: Floats = cost[:, self.row_of_link] + self._distance_cost
         return extra
+
+
+def _refresh(world: World, changed: Ints) -> None:
+    refresh(Queues(world.links, world.calendar), changed)

@@ -11,7 +11,7 @@ import math
 
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import is_origin, next_green, opening_bound, platoon_at
-from uxsim_geo.engine.records import World, kernel
+from uxsim_geo.engine.records import Queues, World, kernel
 
 
 @kernel
@@ -75,7 +75,7 @@ def step_of(clock, time):
 
 
 @kernel
-def list_for(w: World, q, step):
+def list_for(w: World | Queues, q, step):
     """List queue q in the calendar under a step, unless it is listed; none is kept beyond the end.
 
     It is listed already where a platoon was blocked, was listed for the next step, and left after
@@ -91,7 +91,7 @@ def list_for(w: World, q, step):
 
 
 @kernel
-def unlist(w: World, q):
+def unlist(w: Queues, q):
     """Take queue q out of the calendar."""
     queue = w.links.queue[q]
     step = queue["listed_step"]

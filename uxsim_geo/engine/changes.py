@@ -11,29 +11,29 @@ import numpy as np
 
 from uxsim_geo.engine.calendar import list_for, step_of, unlist
 from uxsim_geo.engine.link import platoon_at
-from uxsim_geo.engine.records import World, kernel
+from uxsim_geo.engine.records import Links, Queues, World, kernel
 from uxsim_geo.engine.routes import grow_tree, observe, renew_destination, set_costs
 
 
 @kernel
-def sense_state(w: World, standing, waiting):
+def sense_state(links: Links, road, standing, waiting):
     """Count the vehicles that stand on every link, and those that wait to enter at every node."""
-    clock = w.links.clock[0]
+    clock = links.clock[0]
     time = clock["step"] * clock["step_length"]
     for link in range(clock["links"]):
-        vehicles, moving = observe(w, link, time)
+        vehicles, moving = observe(links, road[link], link, time)
         standing[link] = vehicles - moving
-    for origin in range(clock["links"], w.links.queue.size):
-        queue = w.links.queue[origin]
-        waiting[queue["end_node"]] = vehicles_gone_out(w, queue, time) - queue["vehicles_left"]
+    for origin in range(clock["links"], links.queue.size):
+        queue = links.queue[origin]
+        waiting[queue["end_node"]] = vehicles_gone_out(links, queue, time) - queue["vehicles_left"]
     return True
 
 
 @kernel
-def vehicles_gone_out(w: World, queue, time):
+def vehicles_gone_out(links: Links, queue, time):
     """Count the vehicles of an origin that have left home by a time; it goes on from the last."""
     while queue["hole"] < queue["entered"]:
-        platoon = platoon_at(w.links, queue, queue["hole"])
+        platoon = platoon_at(links, queue, queue["hole"])
         if platoon["enter"] > time:
             break
         queue["hole"] += 1
@@ -42,20 +42,22 @@ def vehicles_gone_out(w: World, queue, time):
 
 
 @kernel
-def refresh_queues(w: World, changed):
+def refresh_queues(w: Queues, changed):
     """List queues anew whose first platoon may now leave earlier, or later, than it could."""
     clock = w.links.clock[0]
     for place in range(changed.size):
         q = changed[place]
         queue = w.links.queue[q]
-        unlist(w, q)
         queue["ready"] = math.inf
         if queue["left"] < queue["entered"]:
             first = platoon_at(w.links, queue, queue["left"])
             queue["ready"] = max(first["exit"], queue["exit_open"])
         queue["due"] = queue["ready"]
         if queue["ready"] < math.inf:
-            list_for(w, q, max(step_of(clock, queue["ready"]), clock["step"]))
+            target = max(step_of(clock, queue["ready"]), clock["step"])
+            if queue["listed_step"] > target:  # to be looked at too early does no harm
+                unlist(w, q)
+            list_for(w, q, target)
     return True
 
 

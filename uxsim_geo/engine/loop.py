@@ -69,7 +69,7 @@ def next_pending(calendar: Calendar, v):
 
 
 def _entry_points(sources: str):
-    """Give the functions that Python calls, each of a world; compiled when first called.
+    """Give the functions that Python calls, each of a world or parts of it; compiled when called.
 
     Compiled code is kept on disk under the function and the text that it encloses. They enclose
     the hash of all sources that are compiled, so a change in any of them is seen.
@@ -84,12 +84,12 @@ def _entry_points(sources: str):
         return len(sources) > 0 and finish_run(w)
 
     @compiled
-    def sense(w, standing, waiting):
-        return len(sources) > 0 and sense_state(w, standing, waiting)
+    def sense(links, road, standing, waiting):
+        return len(sources) > 0 and sense_state(links, road, standing, waiting)
 
     @compiled
-    def refresh(w, changed):
-        return len(sources) > 0 and refresh_queues(w, changed)
+    def refresh(queues, changed):
+        return len(sources) > 0 and refresh_queues(queues, changed)
 
     @compiled
     def avoid(w, avoided):

@@ -24,6 +24,8 @@ Records = npt.NDArray[Any]
 class Plans:
     """All plans of a run; each has a row for every link that it holds.
 
+    phase_counts
+        (plans + 1,) phases of each plan, and of none
     greens
         records GREEN: the first is that of a phase that is held, then those of every row
     """
@@ -52,14 +54,9 @@ class Plans:
             for number, phase in enumerate(plan.phases):
                 self.in_phase[row, number] = link_id in as_ids(phase.links)
         self._ends = _Ends(plans, most)
+        self.phase_counts = np.array([*(len(plan.phases) for plan in plans), 0], np.int64)
         self._is_first = np.zeros(self.link.size, bool)  # of the rows of its link
         self._is_first[np.unique(self.link, return_index=True)[1]] = True
-
-    @property
-    def phase_counts(self) -> Ints:
-        """Phases of each plan; shape (plans,)."""
-        counts: Ints = np.isfinite(self._ends.ends).sum(axis=1)
-        return counts
 
     def phase_at(self, levers: Levers, time: float) -> Ints:
         """Return the phase of every node, -1 where all is red or there is no signal."""
@@ -83,8 +80,10 @@ class Plans:
         queue["cycle"][self.link[concerned]] = 0.0
         rows = np.flatnonzero(concerned & (levers.plan[self.node] == self.plan))
         held = levers.phase[self.node[rows]]
-        self._let_run(queue, rows[held < 0])
-        self._hold(queue, rows[held >= 0], levers, before, time)
+        if (held < 0).any():
+            self._let_run(queue, rows[held < 0])
+        if (held >= 0).any():
+            self._hold(queue, rows[held >= 0], levers, before, time)
         links: Ints = self.link[concerned & self._is_first]
         return links
 

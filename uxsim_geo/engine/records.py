@@ -250,6 +250,13 @@ class Log(NamedTuple):
     trips_by_destination: np.ndarray  # (trips,) int32
 
 
+class Queues(NamedTuple):
+    """The part of the world that lists queues: to hand over all of it takes time."""
+
+    links: Links
+    calendar: Calendar
+
+
 class World(NamedTuple):
     """All that a run reads and writes.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from uxsim_geo.engine.link import advance_wave, platoon_at, position
 from uxsim_geo.engine.random import NOISE, draw
-from uxsim_geo.engine.records import NEVER, Routes, World, kernel
+from uxsim_geo.engine.records import NEVER, Links, Routes, World, kernel
 
 UNREACHED = np.int32(2**29)  # ms, 149 hours; the sum of two fits into 32 bits
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
@@ -54,7 +54,7 @@ def observe_times(w: World, driver, time):
     row = driver["first_row"] + driver["observations"] % driver["rows"]
     all_vehicles, all_moving = 0.0, 0.0
     for link in range(clock["links"]):
-        vehicles, moving = observe(w, link, time)
+        vehicles, moving = observe(w.links, w.routes.road[link], link, time)
         all_vehicles += vehicles
         all_moving += moving * w.routes.road[link]["free_speed"]
         share = moving / vehicles if vehicles > 0.0 else 1.0
@@ -112,15 +112,15 @@ def in_milliseconds(seconds):
 
 
 @kernel
-def observe(w: World, link, time):
+def observe(links: Links, road, link, time):
     """Count the vehicles on a link at this time, and those that move; all move at free speed."""
-    queue, road = w.links.queue[link], w.routes.road[link]
+    queue = links.queue[link]
     vehicles, moving = 0.0, 0.0
     exited, ahead = queue["left"] - 1, 0.0
     for number in range(queue["left"], queue["entered"]):
-        exited, ahead = advance_wave(w.links, queue, road, exited, ahead, time)
-        _, stands = position(w.links, queue, road, number, exited, ahead, time)
-        size = platoon_at(w.links, queue, number)["vehicles"]
+        exited, ahead = advance_wave(links, queue, road, exited, ahead, time)
+        _, stands = position(links, queue, road, number, exited, ahead, time)
+        size = platoon_at(links, queue, number)["vehicles"]
         vehicles += size
         if not stands:
             moving += size

@@ -21,7 +21,7 @@ from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.engine.additions import add_platoons, platoons_to_add
 from uxsim_geo.engine.arrays import build_world
 from uxsim_geo.engine.loop import finish, introduce, refresh, run_until
-from uxsim_geo.engine.records import EVENT, World
+from uxsim_geo.engine.records import EVENT, Queues, World
 from uxsim_geo.engine.saved import (
     fill_steering,
     from_plain,
@@ -173,7 +173,7 @@ class Simulation:
         self.world, origins = add_platoons(self.world, added, wishes, self.network)
         self.platoons = self.platoons.joined(added)
         self._call(lambda world: introduce(world, first))
-        self._call(lambda world: refresh(world, origins))
+        self._call(lambda world: refresh(Queues(world.links, world.calendar), origins))
 
     def progress(self) -> Progress:
         """Say where the run stands."""

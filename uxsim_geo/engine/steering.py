@@ -112,7 +112,7 @@ class Steering:
         order = self.application.row_of_link
         links = world.links.queue[: order.size]
         standing, waiting = np.empty(order.size), np.zeros(len(self.site.node_ids))
-        sense(world, standing, waiting)
+        sense(world.links, world.routes.road, standing, waiting)
         entered, left, queue = (np.empty(order.size) for _ in range(3))
         entered[order], left[order] = links["vehicles_entered"], links["vehicles_left"]
         queue[order] = standing
@@ -180,12 +180,10 @@ class Steering:
         ids = {"links": self.site.link_ids, "nodes": self.site.node_ids}
         self.levers.add_faults(faults, ids, changed)
         plan, phase = self.levers.plan, self.levers.phase
-        counts = np.append(self.application.plans.phase_counts, 0)
-        for node in np.flatnonzero(phase >= counts[plan]):
-            if phase[node] >= 0:
-                name = self.site.node_ids[node]
-                what = f"node {name} has no such phase: its plan has {counts[plan[node]]}"
-                faults.add(what, column="phase", value=int(phase[node]))
+        counts = self.application.plans.phase_counts[plan]
+        for node in np.flatnonzero((phase >= counts) & (phase >= 0)):
+            what = f"node {self.site.node_ids[node]} has no such phase: its plan has {counts[node]}"
+            faults.add(what, column="phase", value=int(phase[node]))
         faults.raise_if_any()
 
     def notes(self, world: World) -> tuple[str, ...]:
