@@ -321,6 +321,18 @@ def test_new_durations_in_the_middle_of_a_run() -> None:
     assert phases.max() <= 20 + 1e-6
 
 
+def test_a_signal_where_no_link_ends_holds_nobody() -> None:
+    world = line()
+    lone = line(tmax=2000)
+    lone.get_node("a").signal = [30, 60]
+    lone.exec_simulation(until_t=100)
+    assert (lone.get_node("a").signal_phase, lone.get_node("a").signal_t) == (0, pytest.approx(10))
+    lone.get_node("a").signal_phase = 1
+    lone.exec_simulation()
+    world.exec_simulation()
+    same(world, lone)
+
+
 @pytest.mark.parametrize(
     ("name", "value"), [("signal_phase", 2), ("signal_phase", -1), ("signal_t", 60)]
 )
@@ -443,6 +455,24 @@ def test_a_route_must_lead_where_the_trip_goes() -> None:
     with pytest.raises(InputError, match="must end at node d, but ends at b"):
         world.addVehicle("a", "d", 10, route=["ab"])
     assert world.addVehicle("a", "d", 10).name == "added-0"
+
+
+def test_a_vehicle_elsewhere_changes_nobodys_events() -> None:
+    alone, accompanied = merge(), merge()
+    for world in (alone, accompanied):
+        world.addNode("x", 5, 5)
+        world.addNode("y", 6, 5)
+        world.addLink("xy", "x", "y", 1000)
+    accompanied.addVehicle("x", "y", 300)
+    alone.exec_simulation()
+    accompanied.exec_simulation(until_t=600)
+    accompanied.addVehicle("x", "y", 700)
+    accompanied.exec_simulation()
+    others = accompanied.result.events
+    others = others[others["link"] != "xy"].reset_index(drop=True)
+    columns = ["link", "enter_s", "exit_s"]
+    assert len(accompanied.result.events) == len(others) + 2
+    pd.testing.assert_frame_equal(others[columns], alone.result.events[columns], check_exact=True)
 
 
 def test_user_functions_of_elements_are_called_with_them() -> None:

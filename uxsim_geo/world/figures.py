@@ -95,6 +95,7 @@ class Figures(Sight):
         figtitle: str = "",
         links: Iterable[AnyLink] | None = None,
         fname: str = "",
+        figsize: tuple[float, float] | None = None,
     ) -> Figure:
         """Draw flow against density of the network, or of some links; axes fit by themselves."""
         from uxsim_geo.export.plots import mfd_figure
@@ -106,7 +107,10 @@ class Figures(Sight):
             network = replace(network, links=network.links[chosen])
             states = states[states["link_id"].isin(names)]
         title = figtitle or f"{self.W.name or 'network'}: fundamental diagram"
-        return self._finish(mfd_figure(network_states(network, states), title), f"mfd{fname}")
+        figure = mfd_figure(network_states(network, states), title)
+        if figsize is not None:
+            figure.set_size_inches(figsize)
+        return self._finish(figure, f"mfd{fname}")
 
     def network(self, t: float | None = None, **looks: Any) -> Figure:
         """Draw a map of the time bin in which ``t`` (s) lies; None: of where it stands now."""

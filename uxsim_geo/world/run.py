@@ -112,7 +112,8 @@ class Run:
 
     def follow_clock(self, node: Node) -> None:
         """Let a signal show what its clock says, which no longer follows its plan."""
-        self._moved[node.id] = node
+        if node.inlinks:  # else there is nothing that it could hold
+            self._moved[node.id] = node
 
     def write_node(self, node: Node) -> None:
         """Let a node be as its attributes say, from now on."""

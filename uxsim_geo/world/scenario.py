@@ -127,8 +127,8 @@ def end_of_moment(time: float) -> float:
 
 
 def signals_of(nodes: Iterable[Node], faults: Faults) -> list[Signal]:
-    """Signals from the durations of the nodes and the groups of their in-links."""
-    return [_signal(node, faults) for node in nodes if node.cycle_length]
+    """Signals from the durations of the nodes and the groups of their in-links, if any."""
+    return [_signal(node, faults) for node in nodes if node.cycle_length and node.inlinks]
 
 
 def _signal(node: Node, faults: Faults) -> Signal:
