@@ -116,6 +116,11 @@ class Node(Element):
         self._move_clock(phase, elapsed)
 
     @property
+    def next_phase_change(self) -> float:
+        """Time at which the present phase ends, s; inf where there is no signal."""
+        return self._clock.next_change(self.W.TIME) if self._clock else math.inf
+
+    @property
     def cycle_length(self) -> float:
         """Time until the first phase comes again, s; 0 where there is no signal."""
         return self._clock.cycle if self._clock else 0.0

@@ -60,30 +60,27 @@ class Run:
             self.simulation.add(demand)
             self._forget()
 
-    def advance(self, until: float) -> None:
-        """Go on in one piece, under the levers as they stand."""
-        self.simulation.advance(until)
-        self._forget()
+    def next_stop(self, step_end: float) -> float:
+        """Give the time until which nothing is to be done: that step's end, or later, s."""
+        world = self._world
+        if self._priced or world._functions or world.user_function is not None:
+            return step_end
+        changes = (node.next_phase_change for node in self._moved.values())
+        return max(step_end, min(changes, default=math.inf))
 
-    def advance_step(self, until: float) -> None:
-        """Go on by one step, under the prices and moved signals of its beginning."""
+    def advance(self, until: float) -> None:
+        """Go on in one piece, under the prices and moved signals of its beginning."""
         levers, time = self.simulation.levers, self.time
         for link in self._priced.values():
             levers.toll[link.id] = link.get_toll(time)
         for node in self._moved.values():
             levers.phase[node.id] = node.signal_phase
-        self.advance(until)
+        self.simulation.advance(until)
+        self._forget()
         for element, function in list(self._world._functions.items()):
             function(element)
         if self._world.user_function is not None:
             self._world.user_function(self._world)
-
-    def acts_every_step(self) -> bool:
-        """Whether anything must be done between two steps."""
-        world = self._world
-        return bool(
-            self._priced or self._moved or world._functions or world.user_function is not None
-        )
 
     def lanes_built(self, link: Link) -> int:
         """How many lanes a link had at the start."""

@@ -37,6 +37,11 @@ class SignalClock:
             position -= duration
         return len(self.durations) - 1, max(position - ROUNDING, 0.0)
 
+    def next_change(self, time: float) -> float:
+        """Give the time at which the phase that holds at ``time`` ends, s."""
+        phase, elapsed = self.at(time)
+        return time + self.durations[phase] - elapsed
+
     def move(self, time: float, phase: int, elapsed: float) -> None:
         """Let a phase have lasted ``elapsed`` s at a time; the cycle goes on from there."""
         self.start = time - elapsed - sum(self.durations[:phase])

@@ -216,10 +216,8 @@ class World(Scenario):
         while self.TIME < until - ROUNDING:
             self._hand_over(self._run)
             before = self.TIME
-            if self._run.acts_every_step():
-                self._run.advance_step(min((self.T + 1) * self.DELTAT, until))
-            else:
-                self._run.advance(min(self._next_report(), until))
+            stop = self._run.next_stop((self.T + 1) * self.DELTAT)
+            self._run.advance(min(stop, self._next_report(), until))
             if self.print_mode and self._reports(before):
                 printing.print_progress(self.TIME, *self._run.vehicles_and_speed())
         return 0 if self.check_simulation_ongoing() else 1
