@@ -106,17 +106,19 @@ def driver_records(
     row = 0
     for record, one in zip(table, drivers, strict=True):
         own = classes[one.class_number]
-        interval = (own.information_interval or settings.route_update_interval) / parts
+        interval = own.information_interval or settings.route_update_interval
         record["key"] = seed
         if own.name != DEFAULT:
             record["key"] = combine(seed, text_keys([own.name])[0])
-        record["interval"] = max(interval, settings.step)
+        # at most one update a step; its small parts may fall into the same step
+        record["interval"] = max(interval, settings.step) / parts
         record["observe_step"] = records.NEVER
         if one.informed:
             record["delay"] = own.information_delay
             record["observe_step"] = 0
             record["first_row"] = row
-            record["rows"] = int(own.information_delay / record["interval"]) + 2
+            kept = own.information_delay + settings.step  # s: looks not yet used, or of this step
+            record["rows"] = int(kept / record["interval"]) + 2
             row += int(record["rows"])
     return table
 

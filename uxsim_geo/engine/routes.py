@@ -30,7 +30,7 @@ def update_routes(w: World, step):
             observe_times(w, driver, step * clock["step_length"])
             seen = driver["observations"] * driver["interval"] - driver["delay"]
             driver["observe_step"] = first_step_from(clock, seen)
-        if driver["update_step"] <= step:
+        while driver["update_step"] <= step:
             set_costs(w, number, driver["updates"])
             renew_weights(w, number)
             driver["updates"] += 1
