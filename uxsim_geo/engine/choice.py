@@ -6,7 +6,7 @@ import numpy as np
 
 from uxsim_geo.engine.link import platoon_at
 from uxsim_geo.engine.random import CHOICE, draw
-from uxsim_geo.engine.records import ARRIVE, DEAD_END, NOTHING, World, kernel
+from uxsim_geo.engine.records import ARRIVE, DEAD_END, NOTHING, World, kernel, spliced
 
 
 @kernel
@@ -29,26 +29,30 @@ def choose(w: World, q, step):
         queue["choice"] = w.routes.given[w.log.trip[platoon["trip"]]["route"]]
         queue["since_step"] = -1
         return
-    trail = -1
-    if w.links.clock[0]["no_cycles"]:
-        trail = w.log.trip[platoon["trip"]]["trail"]
-    total, options, only = add_up_weights(w, queue["end_node"], destination, trail)
-    if options == 0 and trail >= 0:  # everywhere has been visited: then it does not count
-        trail = -1
-        total, options, only = add_up_weights(w, queue["end_node"], destination, trail)
-    if options <= 1:
-        if before == NOTHING:
-            queue["since_step"] = -1
-        elif before != only:  # it has been turned away from another, or routes have changed
-            queue["since_step"] = step
-        queue["choice"] = only
-        return
-    mark = -1.0
-    if not w.links.clock[0]["deterministic"]:
-        mark = total * draw(platoon["key"], queue["key"], CHOICE, step)
-    queue["choice"] = pick(w, queue["end_node"], destination, trail, mark)
-    if not (unbroken and queue["choice"] == before):
+    options = draw_link(w, queue, platoon, step)
+    if options <= 1 and before == NOTHING:
+        queue["since_step"] = -1
+    elif queue["choice"] != before or (options > 1 and not unbroken):
         queue["since_step"] = step
+
+
+@spliced
+def draw_link(w: World, queue, platoon, step):
+    """Draw the out-link of a platoon that chooses; gives how many links it has to choose from."""
+    clock, v, destination = w.links.clock[0], queue["end_node"], platoon["destination"]
+    trail = w.log.trip[platoon["trip"]]["trail"] if clock["no_cycles"] else -1
+    while True:
+        total, options, only = add_up_weights(w, v, destination, trail)
+        if options > 0 or trail < 0:
+            break
+        trail = -1  # it has been everywhere: then that does not count
+    queue["choice"] = only
+    if options > 1:
+        mark = -1.0
+        if not clock["deterministic"]:
+            mark = total * draw(platoon["key"], queue["key"], CHOICE, step)
+        queue["choice"] = pick(w, v, destination, trail, mark)
+    return options
 
 
 @kernel

@@ -6,11 +6,11 @@ import math
 
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import advance_wave, opening, platoon_at, position
-from uxsim_geo.engine.records import World, kernel
+from uxsim_geo.engine.records import World, kernel, spliced
 from uxsim_geo.engine.routes import find_free_flow_times
 
 
-@kernel
+@spliced
 def finish_run(w: World):
     """End a run; False: the buffer of events is full, call again once it has room."""
     if w.links.clock[0]["swept"] == 0:  # not when called again
@@ -19,7 +19,7 @@ def finish_run(w: World):
     return write_remaining(w)
 
 
-@kernel
+@spliced
 def write_remaining(w: World):
     """Write events without an exit for the platoons still on links, and the metres gone there.
 
@@ -35,7 +35,7 @@ def write_remaining(w: World):
     return True
 
 
-@kernel
+@spliced
 def write_link(w: World, link):
     """Write the platoons on one link."""
     clock, queue, road = w.links.clock[0], w.links.queue[link], w.routes.road[link]
@@ -52,7 +52,7 @@ def write_link(w: World, link):
         ahead += platoon["vehicles"]
 
 
-@kernel
+@spliced
 def find_locked(w: World):
     """Mark the links from which no move can ever happen again unless routes change.
 

@@ -9,11 +9,11 @@ from uxsim_geo.engine.calendar import mark
 from uxsim_geo.engine.changes import find_ways, refresh_queues, sense_state, turn_away
 from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.node import visit
-from uxsim_geo.engine.records import Calendar, World, compiled, kernel
+from uxsim_geo.engine.records import Calendar, World, compiled, spliced
 from uxsim_geo.engine.routes import update_routes
 
 
-@kernel
+@spliced
 def advance(w: World):
     """Run up to the start of step `until_step`; False: a buffer is full, call again with room.
 
@@ -38,7 +38,7 @@ def advance(w: World):
     return True
 
 
-@kernel
+@spliced
 def open_step(w: World, step):
     """Update the routes if it is time, and mark the nodes of all queues listed for a step."""
     clock = w.links.clock[0]
@@ -54,7 +54,7 @@ def open_step(w: World, step):
     clock["cursor"] = 0
 
 
-@kernel
+@spliced
 def next_pending(calendar: Calendar, v):
     """Give the first marked node from v upwards and round again; there must be one."""
     while True:

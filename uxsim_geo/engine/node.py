@@ -21,10 +21,10 @@ from uxsim_geo.engine.link import (
     platoon_at,
 )
 from uxsim_geo.engine.random import MERGE, draw
-from uxsim_geo.engine.records import ABORTED, ARRIVE, COMPLETED, RUNNING, World, kernel
+from uxsim_geo.engine.records import ABORTED, ARRIVE, COMPLETED, RUNNING, World, kernel, spliced
 
 
-@kernel
+@spliced
 def visit(w: World, v, step):
     """Make all moves over node v that can be made before the step ends.
 

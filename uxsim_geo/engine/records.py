@@ -23,6 +23,9 @@ _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
 }
 kernel = inner(forceinline=True, **_OPTIONS)
+# For what has one caller and calls much itself: LLVM goes over all that a kernel calls once more
+# for each level of calls above it, which is most of the time that compiling takes.
+spliced = inner(inline="always", **_OPTIONS)
 compiled = entry(nogil=True, **_OPTIONS)
 
 #: a platoon in a queue: in a link, or waiting in its origin

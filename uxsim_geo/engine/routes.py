@@ -11,7 +11,7 @@ import numpy as np
 
 from uxsim_geo.engine.link import advance_wave, platoon_at, position
 from uxsim_geo.engine.random import NOISE, draw
-from uxsim_geo.engine.records import NEVER, Links, Routes, World, kernel
+from uxsim_geo.engine.records import NEVER, Links, Routes, World, kernel, spliced
 
 UNREACHED = np.int32(2**29)  # ms, 149 hours; the sum of two fits into 32 bits
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
@@ -19,7 +19,7 @@ _NODE_BITS = 32
 _NODE_MASK = 2**32 - 1
 
 
-@kernel
+@spliced
 def update_routes(w: World, step):
     """Let all drivers whose time it is look at the traffic, and choose their routes anew."""
     clock = w.links.clock[0]
@@ -41,13 +41,13 @@ def update_routes(w: World, step):
         )
 
 
-@kernel
+@spliced
 def first_step_from(clock, time):
     """Give the first step that begins at a time or later."""
     return int(np.ceil(time / clock["step_length"] - 1e-9))
 
 
-@kernel
+@spliced
 def observe_times(w: World, driver, time):
     """Note the instantaneous travel time of every link: length over mean speed of who is on it."""
     clock = w.links.clock[0]
@@ -78,7 +78,7 @@ def set_costs(w: World, number, update):
         w.routes.road[link]["cost"] = in_milliseconds(cost)
 
 
-@kernel
+@spliced
 def renew_weights(w: World, number):
     """Renew the weights B of all destinations that these drivers are still bound for."""
     for place in range(w.routes.destination.size - 1):
@@ -98,10 +98,8 @@ def renew_destination(w: World, place):
     grow_tree(w.routes, destination["node"])
     if clock["logit_spread"] > 0.0:
         spread_tree(w.routes, place, clock["logit_spread"])
-    elif destination["known"]:
-        blend_tree(w.routes, place, clock["update_weight"])
     else:
-        blend_tree(w.routes, place, 1.0)
+        blend_tree(w.routes, place, clock["update_weight"] if destination["known"] else 1.0)
     destination["known"] = 1
 
 
