@@ -59,7 +59,10 @@ def test_there_is_an_example_of_every_kind() -> None:
 
 
 @pytest.mark.parametrize("block", blocks("python"))
-def test_examples_in_python_run_and_keep_the_ring_moving(block: str) -> None:
+def test_examples_in_python_run_and_keep_the_ring_moving(
+    block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     network, demand = ring()
     names = {"network": network, "demand": demand}
     names["settings"] = load_config(GRIDLOCK).simulate.settings()
