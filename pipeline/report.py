@@ -35,7 +35,7 @@ class Material:
     notes
         of the import, network and demand together
     states
-        of all links in all time bins: :func:`uxsim_geo.analysis.link_states.link_times`
+        of all links in all time bins: :func:`uxsim_geo.analysis.link_states.states_of_passages`
     figures
         of the whole run: :func:`uxsim_geo.analysis.summary.summary`
     """
@@ -77,7 +77,6 @@ STAGE = Stage("report", ("name", "simulate", "report"), _inputs, _run)
 def _read_material(task: Task) -> Material:
     import pandas as pd
 
-    from uxsim_geo.analysis.link_states import link_times
     from uxsim_geo.analysis.summary import summary
     from uxsim_geo.network.files import read_network
     from uxsim_geo.parquet import read_tables
@@ -91,11 +90,18 @@ def _read_material(task: Task) -> Material:
         network=network,
         notes=pd.concat([network.notes, demand_notes], ignore_index=True),
         result=result,
-        states=link_times(
-            network, result.events, result.trips, result.settings, task.config.report.bin_s
-        ),
+        states=_states(network, result, task.config.report.bin_s),
         figures=summary(network, result),
     )
+
+
+def _states(network: Network, result: Result, bin_s: float) -> pd.DataFrame:
+    from uxsim_geo.analysis.link_states import states_of_passages
+    from uxsim_geo.analysis.passages import Passages
+
+    told = (result.events, result.trips, result.settings, result.speed_limits)
+    passages = Passages.of(network, *told)
+    return states_of_passages(network, passages, result.settings.duration, bin_s)
 
 
 def _check_bins(links: int, config: Config) -> None:

@@ -32,10 +32,22 @@ def link_times(
     settings: Settings,
     bin_s: float,
 ) -> pd.DataFrame:
+    """States of all links in all time bins, of a run without speed limits: from its tables.
+
+    As :func:`states_of_passages`, which also knows of limits.
+    """
+    passages = Passages.of(network, events, trips, settings)
+    return states_of_passages(network, passages, settings.duration, bin_s)
+
+
+def states_of_passages(
+    network: Network, passages: Passages, duration: float, bin_s: float
+) -> pd.DataFrame:
     """States of all links in all time bins: one row a link and bin, links first, SI units.
 
-    The bins are ``bin_s`` seconds long from the start; the last one ends with the simulation and
-    may be shorter. Vehicles count by their number, not by platoons. Columns:
+    The bins are ``bin_s`` seconds long from the start; the last one ends with the simulation, at
+    ``duration`` in seconds, and may be shorter. Vehicles count by their number, not by platoons.
+    Columns:
 
     link_id (categorical, in the order of the links), begin_s, end_s
     entries, exits
@@ -45,19 +57,20 @@ def link_times(
     flow (veh/s), density (veh/m, all lanes together), speed (m/s)
         Edie's; speed is NaN where nobody was on the link
     delay (veh·s)
-        time minus distance / free speed: the time lost in this bin
+        time minus distance / free speed of the link without control: the time lost in this bin, to
+        a speed limit too
     experienced_travel_time (s)
         mean time spent on the link by those who left it in this bin, NaN if nobody did
     queue (veh)
         vehicles on the link at the end of the bin which are behind the trajectory they would have
-        at free speed: they have met the tail of a queue, whether they stand or creep now
+        at their own free speed, the limit in force when they entered: they have met the tail of a
+        queue, or others who must drive slower, whether they stand or creep now
     queue_length (m)
         from the tail of the rearmost of those to the end of the link
 
-    Raises ValueError if ``bin_s`` is not above 0 or an event names an unknown link.
+    Raises ValueError if ``bin_s`` is not above 0.
     """
-    edges = bin_edges(settings.duration, bin_s)
-    passages = Passages.of(network, events, trips, settings)
+    edges = bin_edges(duration, bin_s)
     pieces = _cut_at_edges(passages, edges)
     grid = _Grid(len(network.links), len(edges) - 1)
     sums = _accumulate(passages, pieces, grid)
@@ -160,7 +173,10 @@ def _cut_at_edges(passages: Passages, edges: Floats) -> _Pieces:
 
 
 def _accumulate(passages: Passages, pieces: _Pieces, grid: _Grid) -> dict[str, Floats]:
-    """Distance and time of all vehicles per cell, and what was lost against free speed."""
+    """Distance and time of all vehicles per cell, and what was lost against free speed.
+
+    That is the free speed without control: what a limit costs is delay.
+    """
     link, vehicles = passages.link[pieces.row], passages.vehicles[pieces.row]
     free_time = pieces.distance / passages.geometry.free_speed[link]
     lost = np.maximum(pieces.time - free_time, 0.0)
@@ -194,7 +210,7 @@ def _queues(passages: Passages, pieces: _Pieces, edges: Floats, grid: _Grid) -> 
     """Vehicles behind their free-flow trajectory at the end of each bin, and how far they reach."""
     row, bin_, position = (x[pieces.cut] for x in (pieces.row, pieces.bin, pieces.position))
     geometry, link = passages.geometry, passages.link[row]
-    free = geometry.free_speed[link] * (edges[bin_ + 1] - passages.enter[row])
+    free = passages.free_speed[row] * (edges[bin_ + 1] - passages.enter[row])
     queued = free - position > QUEUED_BEHIND
     row, bin_, position, link = row[queued], bin_[queued], position[queued], link[queued]
     length, vehicles = geometry.length[link], passages.vehicles[row]

@@ -11,6 +11,16 @@ The exit of platoon a is *felt* by k once t − C_k τ/m ≥ g_a with g_a = s_a 
 leave at least n/Q apart, and n/Q = n τ/m + n/(m κ u), g increases with a: the felt exits are those
 of the first platoons. Among felt exits the last binds, among the others the first one does, so
 that one binary search on g finds the minimum.
+
+Where speed limits change, every platoon has a free speed u_k of its own, that of its entry. Two
+things are then added, with d = (C_k − C_a)/(mκ) and θ = (C_k − C_a) τ/m. Behind a platoon a that
+is no faster and whose exit is not felt, nobody is further than its own free way, shifted,
+
+    x_k(t) ≤ u_a (t − θ − e_a) − d
+
+and the way gone since an exit was felt is driven at the lowest free speed of those whose exit is
+not, but never so slowly that k comes too late for the next exit: those who leave a queue after a
+limit was lifted do so as fast as the road then lets them.
 """
 
 from __future__ import annotations
@@ -21,6 +31,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.analysis.own_speeds import last_no_faster, own_free_speeds
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -32,8 +43,8 @@ Integers = npt.NDArray[np.int64]
 class LinkGeometry:
     """What the position of a platoon needs to know of each link; one entry a row of ``links``.
 
-    length (m), free_speed (m/s), time_shift (τ/m, s per vehicle ahead) and space_shift (1/(mκ), m
-    per vehicle ahead): the two shifts between trajectories of a queue.
+    length (m), free_speed (m/s, without control), time_shift (τ/m, s per vehicle ahead) and
+    space_shift (1/(mκ), m per vehicle ahead): the two shifts between trajectories of a queue.
     """
 
     length: Floats
@@ -60,7 +71,10 @@ class Passages:
 
     link (row of the links table), vehicle (row of the trips table), enter (s), exit (s; inf while
     on the link at the end), vehicles (in the platoon), ahead (vehicles that entered this link
-    before), first (per link and one more: where its passages begin), geometry (of the links).
+    before), free_speed (m/s, its own: the limit in force when it entered, else that of the link),
+    first (per link and one more: where its passages begin), geometry (of the links), held_by (the
+    last passage before it that is no faster, as :func:`last_no_faster` tells; None: there were no
+    speed limits).
     """
 
     link: Integers
@@ -69,35 +83,48 @@ class Passages:
     exit: Floats
     vehicles: Floats
     ahead: Floats
+    free_speed: Floats
     first: Integers
     geometry: LinkGeometry
+    held_by: Integers | None
 
     @classmethod
     def of(
-        cls, network: Network, events: pd.DataFrame, trips: pd.DataFrame, settings: Settings
+        cls,
+        network: Network,
+        events: pd.DataFrame,
+        trips: pd.DataFrame,
+        settings: Settings,
+        speed_limits: pd.DataFrame | None = None,
     ) -> Passages:
-        """Sort the events by link.
+        """Sort the events by link; ``speed_limits`` as in a Result, None: there were none.
 
-        Raises ValueError if an event names a link that the network does not have.
+        Raises ValueError if an event or a limit names a link that the network does not have.
         """
-        link = _rows_of_links(events["link"], network.links["link_id"])
+        link_ids, geometry = network.links["link_id"], LinkGeometry.of(network, settings)
+        limits = pd.DataFrame() if speed_limits is None else speed_limits
+        limited = _rows_of_links(limits["link"], link_ids) if len(limits) else np.empty(0, np.int64)
+        link = _rows_of_links(events["link"], link_ids)
         enter = events["enter_s"].to_numpy(float)
         exit_ = events["exit_s"].to_numpy(float)
         exit_ = np.where(np.isnan(exit_), np.inf, exit_)
         order = np.lexsort((exit_, enter, link))
-        link = link[order]
+        link, enter = link[order], enter[order]
         vehicle = events["vehicle"].to_numpy(np.int64)[order]
         vehicles = trips["vehicles"].to_numpy(float)[vehicle]
         first = np.searchsorted(link, np.arange(len(network.links) + 1))
+        own = own_free_speeds(link, enter, geometry.free_speed, limits, limited)
         return cls(
             link=link,
             vehicle=vehicle,
-            enter=enter[order],
+            enter=enter,
             exit=exit_[order],
             vehicles=vehicles,
             ahead=_sum_before(vehicles, first, link),
+            free_speed=own,
             first=first,
-            geometry=LinkGeometry.of(network, settings),
+            geometry=geometry,
+            held_by=last_no_faster(own, first, np.unique(limited)) if limited.size else None,
         )
 
     def positions(self, rows: Integers, times: Floats) -> Floats:
@@ -106,9 +133,14 @@ class Passages:
         0 until it enters, the link's length from its exit on, and never falling in between.
         """
         link = self.link[rows]
-        length, speed = self.geometry.length[link], self.geometry.free_speed[link]
-        time_shift, space_shift = self.geometry.time_shift[link], self.geometry.space_shift[link]
+        length, time_shift = self.geometry.length[link], self.geometry.time_shift[link]
+        space_shift, speed = self.geometry.space_shift[link], self.free_speed[rows]
         unfelt = np.minimum(self._first_unfelt_exit(rows, times), rows + 1)
+        if self.held_by is None:
+            free = speed * (times - self.enter[rows])
+        else:
+            free, slowest = self._behind_others(self.held_by, rows, times, unfelt)
+            speed = np.maximum(slowest, self._speed_to_be_in_time(rows, unfelt))
 
         between = self.ahead[rows] - self.ahead[np.minimum(unfelt, rows)]
         behind_standing = length - between * space_shift
@@ -119,10 +151,49 @@ class Passages:
         behind_moving = length + speed * moving_for - between * space_shift
         behind_moving[unfelt == self.first[link]] = np.inf
 
-        free = speed * (times - self.enter[rows])
         position = np.minimum(free, np.minimum(behind_standing, behind_moving))
         position = np.clip(position, 0.0, length)
         return np.where(times >= self.exit[rows], length, position)
+
+    def _behind_others(
+        self, held_by: Integers, rows: Integers, times: Floats, unfelt: Integers
+    ) -> tuple[Floats, Floats]:
+        """How far those get whom no exit holds up, m, and the lowest speed up to that exit, m/s.
+
+        Of the platoons between a passage and the last exit that it has felt, only those matter that
+        are no faster than any behind them.
+        """
+        speed = self.free_speed[rows]
+        reached = speed * (times - self.enter[rows])
+        slow = held_by[rows]
+        held = np.flatnonzero(slow >= unfelt)
+        while held.size:
+            ahead, link = slow[held], self.link[rows[held]]
+            between = self.ahead[rows[held]] - self.ahead[ahead]
+            since = times[held] - between * self.geometry.time_shift[link] - self.enter[ahead]
+            speed[held] = self.free_speed[ahead]
+            behind = speed[held] * since - between * self.geometry.space_shift[link]
+            reached[held] = np.minimum(reached[held], behind)
+            slow[held] = held_by[ahead]
+            held = held[slow[held] >= unfelt[held]]
+        return reached, speed
+
+    def _speed_to_be_in_time(self, rows: Integers, unfelt: Integers) -> Floats:
+        """Speed by which a queue has closed up to the next exit when that is felt, m/s.
+
+        The room of the platoon that left last, over the time between the two exits less the time
+        in which the first is passed on; at most the free speed without control.
+        """
+        link = self.link[rows]
+        felt, following = np.maximum(unfelt - 1, self.first[link]), np.minimum(unfelt, rows)
+        vehicles = self.vehicles[felt]
+        room = vehicles * self.geometry.space_shift[link]
+        with np.errstate(invalid="ignore"):  # neither has left
+            apart = self.exit[following] - self.exit[felt]
+        time = apart - vehicles * self.geometry.time_shift[link]
+        needed = np.divide(room, time, out=np.full(len(rows), np.inf), where=time > 0)
+        needed_or_free: Floats = np.minimum(needed, self.geometry.free_speed[link])
+        return needed_or_free
 
     def _first_unfelt_exit(self, rows: Integers, times: Floats) -> Integers:
         """The first passage on the same link whose exit has not been felt, by binary search."""

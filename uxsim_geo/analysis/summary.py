@@ -24,7 +24,8 @@ def summary(network: Network, result: Result) -> dict[str, Any]:
         simulation; for aborted trips, to where they were aborted
     total_delay_veh_s
         completed trips: travel time minus that of the fastest route at free flow; others: travel
-        time minus the free-flow time of what they have driven of their own route so far
+        time minus the free-flow time of what they have driven of their own route so far; free flow
+        is that of the links without control, so that what a speed limit costs is delay
     completed
         the same two as averages over the completed trips
     total_distance_veh_m, average_speed_m_s
@@ -79,7 +80,9 @@ def _with_times(network: Network, result: Result) -> pd.DataFrame:
 
 def _free_time_so_far(network: Network, result: Result) -> Floats:
     """Free-flow time of what each platoon has driven until the end, s; one entry a trip."""
-    passages = Passages.of(network, result.events, result.trips, result.settings)
+    passages = Passages.of(
+        network, result.events, result.trips, result.settings, result.speed_limits
+    )
     driven = passages.geometry.length[passages.link]
     rows = np.flatnonzero(passages.exit > result.settings.duration)
     driven[rows] = passages.positions(rows, np.full(len(rows), result.settings.duration))
