@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pandas as pd
 import pytest
-from small_networks import across, grid, network, simulate
+from small_networks import across, demand, grid, link, network, simulate
 
 from uxsim_geo.control import (
     Advice,
@@ -18,6 +19,7 @@ from uxsim_geo.control import (
     Measure,
     MergePriority,
     NodeCapacity,
+    OwnControl,
     Perimeter,
     Phase,
     RampMeter,
@@ -25,6 +27,7 @@ from uxsim_geo.control import (
     SpeedLimit,
     Toll,
 )
+from uxsim_geo.engine.simulation import Simulation
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
@@ -55,7 +58,7 @@ def measures(begin: float, end: float) -> list[Measure]:
         Closure(OUT, on_link="stay", **period),
         Closure(OUT, classes=("default",), **period),
         SpeedLimit(OUT, 2.0, **period),
-        MergePriority([NORTH, "0,0-1,0", "0,2-1,2", SOUTH], 50.0, **period),
+        MergePriority([NORTH, "0,0-1,0", "0,2-1,2", SOUTH], 0.02, **period),
         Advice([SOUTH], 600.0, **period),
     ]
 
@@ -89,3 +92,30 @@ def test_a_given_route_leaves_those_who_left_home_earlier_alone(free: Result) ->
     told = simulate(*CASE, control=[route])
     pd.testing.assert_frame_equal(before(told, 600), before(free, 600))
     assert not before(told, 900).equals(before(free, 900))
+
+
+def test_a_trip_is_given_up_when_its_last_way_is_banned_and_not_before() -> None:
+    """Held at the end of a by a closure of b from the start, banned from b at 600 s."""
+    ways = [link("a", "1", "2", 100), link("b", "2", "3"), link("c", "3", "4")]
+    control = [Closure(["b"]), Closure(["b"], 600, 900, classes=("default",))]
+    settings = Settings(900, 5, route_update_interval=100)
+    result = simulate(network(ways), demand(("1", "4", 0, 100, 20)), settings, control=control)
+    assert (result.trips["status"] == "aborted").all()
+    assert result.events["exit_s"].min() == 600
+    assert result.events["exit_s"].is_monotonic_increasing
+
+
+@pytest.mark.parametrize("period", [(0.0, 600.0), (0.0, 604.0), (603.0, 607.0), (599.0, 602.0)])
+def test_what_has_ended_is_not_called_again_in_the_step_of_its_end(
+    period: tuple[float, float],
+) -> None:
+    """Steps of 7 s: times between two steps stand for the later one, and the end does as well."""
+    begin, end = period
+    control = [
+        Toll([SOUTH], [(begin, 1.0), (end - 0.5, 2.0)], begin, end),
+        OwnControl(lambda *_: None, begin=begin, end=end),
+        RampMeter([WEST], feedback=Feedback(OUT, 0.01, interval=7.0), begin=begin, end=end),
+    ]
+    run = Simulation(*CASE[:2], replace(CASE[2], platoon_size=7), control=control)
+    run.advance(700)
+    assert run.levers.differences(run.steering.base) == set()

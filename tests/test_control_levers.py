@@ -29,6 +29,7 @@ from uxsim_geo.control import (
     Target,
     Toll,
 )
+from uxsim_geo.control.levers import QUANTITIES
 from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.errors import Faults
 

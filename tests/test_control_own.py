@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
 import pytest
 from control_site import assert_names, faults_of, only, site_of
-from small_networks import demand, link, network, simulate
+from small_networks import Q, demand, exits, link, network, simulate
 from test_engine_order import hash_of
 
 from uxsim_geo.control import Levers, LinkCapacity, OwnControl, Traffic
@@ -70,3 +71,14 @@ def test_a_value_that_no_road_can_have_is_an_error() -> None:
 
     with pytest.raises(InputError, match="exit_capacity of link b"):
         simulate(*CASE, control=[OwnControl(slip)])
+
+
+@pytest.mark.parametrize("told", [2.0, float("inf")])
+def test_a_capacity_above_that_of_a_link_lets_no_queue_out_faster(told: float) -> None:
+    """A queue behind b, closed for 500 s, leaves at the capacity of the diagram."""
+
+    def open_late(traffic: Traffic, levers: Levers) -> None:
+        levers.exit_capacity[1] = 0.0 if traffic.time < 500 else told
+
+    result = simulate(*CASE, control=[OwnControl(open_late, interval=5)])
+    assert np.diff(exits(result, "b")[:30]) == pytest.approx(5 / Q)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from control_site import assert_names, faults_of, only, site_of, steps_of_rule
-from small_networks import demand, link, network, on_link, simulate
+from small_networks import demand, entries, link, network, on_link, simulate
 
 from uxsim_geo.control import SpeedLimit
 from uxsim_geo.settings import Settings
@@ -45,3 +45,17 @@ def test_those_who_enter_under_a_limit_drive_at_it() -> None:
     assert (events["exit_s"] - events["enter_s"]).to_numpy() == pytest.approx(
         np.where(limited, 100.0, 50.0)
     )
+
+
+def test_a_limit_lowers_the_capacity_of_the_diagram_and_not_one_that_is_lower_still() -> None:
+    """At 2.5 m/s the diagram lets 2.5·0.2 / (1 + 2.5·0.2) = 1/3 veh/s through; 0.3 are given."""
+    settings = Settings(1500, 1, demand_rounding="truncate")
+    for given, headway in ((np.nan, 3.0), (0.3, 1 / 0.3)):
+        ways = [link("a", "1", "2"), link("b", "2", "3", capacity=given)]
+        result = simulate(
+            network(ways),
+            demand(("1", "3", 0.0, 1000.0, 700.0)),
+            settings,
+            control=[SpeedLimit(["b"], 2.5)],
+        )
+        assert np.diff(entries(result, "b")[20:60]) == pytest.approx(headway)

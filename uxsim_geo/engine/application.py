@@ -99,9 +99,6 @@ class Application:
         distance = np.array([one.cost_per_metre for one in drivers])[:, None]
         self._distance_cost = distance * site.length[row_of_link]
         self._follows = np.array([one.compliant for one in drivers], float)[:, None]
-        lanes_density = site.lanes * site.jam_density
-        # of the triangular diagram: Q = m u κ / (1 + u τ κ), from Q at the free speed
-        self._lag = lanes_density / site.capacity - 1.0 / site.free_speed
 
     def start(self, world: World, levers: Levers) -> None:
         """Put in what holds before the first step."""
@@ -144,18 +141,20 @@ class Application:
         order, link = self.row_of_link, world.links.queue[: self.row_of_link.size]
         speed = np.minimum(levers.speed_limit, self.site.free_speed)
         limited = speed < self.site.free_speed
-        lanes_density = self.site.lanes * self.site.jam_density
-        most = np.where(limited, lanes_density / (self._lag + 1.0 / speed), np.inf)
+        road = world.routes.road
+        # of the triangular diagram: 1 / Q = 1 / (m κ u) + τ / m
+        most = np.where(
+            limited[order], 1.0 / (road["spacing"] / speed[order] + road["lag"]), np.inf
+        )
+        most = np.minimum(most, self.site.capacity[order])
         if (speed != self.applied.speed_limit).any() or limited.any():
-            world.routes.road["free_speed"] = speed[order]
-            link["free_time"] = world.routes.road["length"] / speed[order]
+            road["free_speed"] = speed[order]
+            link["free_time"] = road["length"] / speed[order]
         changed = {}
         for gate in self.gates:
-            capacity = getattr(levers, f"{gate.field}_capacity")
-            capacity = np.where(np.isinf(capacity), self.site.capacity, capacity)
-            closed = getattr(levers, f"{gate.field}_closed")
-            capacity = np.minimum(capacity, most)[order]
-            changed[gate.field] = gate.set(link, capacity, closed[order], time)
+            capacity = np.minimum(getattr(levers, f"{gate.field}_capacity")[order], most)
+            closed = getattr(levers, f"{gate.field}_closed")[order]
+            changed[gate.field] = gate.set(link, capacity, closed, time)
         _refresh(world, changed["exit"])
 
     def _set_node_capacities(self, node: Records, levers: Levers, time: float) -> Ints:
@@ -172,31 +171,35 @@ class Application:
         return changed
 
     def _set_costs(self, world: World, levers: Levers) -> None:
-        before = self._avoided(self.applied)
         world.routes.extra[...] = self._extra_costs(levers)
-        newly = self._avoided(levers) & ~before
+        # each by itself: who waits for a closed link must turn away once it is banned
+        newly = (self._banned(levers) & ~self._banned(self.applied)) | (
+            _closed(levers) & ~_closed(self.applied)
+        )
         if newly.any():
-            avoid(world, np.ascontiguousarray(newly.astype(np.uint8)))
+            avoid(world, np.ascontiguousarray(newly[:, self.row_of_link].astype(np.uint8)))
 
-    def _avoided(self, levers: Levers) -> npt.NDArray[np.bool_]:
-        """Say which links which drivers cannot enter; shape (drivers, links)."""
-        closed = levers.entry_closed | (levers.entry_capacity <= 0)
-        avoided: npt.NDArray[np.bool_] = (levers.banned[self._class_of] | closed)[
-            :, self.row_of_link
-        ]
-        return avoided
+    def _banned(self, levers: Levers) -> npt.NDArray[np.bool_]:
+        """Say which links which drivers may not use; shape (drivers, links)."""
+        banned: npt.NDArray[np.bool_] = levers.banned[self._class_of]
+        return banned
 
     def _extra_costs(self, levers: Levers) -> Floats:
         """Work out what links cost beside their time, s; shape (drivers, links)."""
-        closed = levers.entry_closed | (levers.entry_capacity <= 0)
         cost = (
             self._per_currency * levers.toll
             + self._follows * levers.advice[self._class_of]
-            + _CLOSED_COST * closed
+            + _CLOSED_COST * _closed(levers)
         )
-        cost = np.where(levers.banned[self._class_of], np.inf, cost)
+        cost = np.where(self._banned(levers), np.inf, cost)
         extra: Floats = cost[:, self.row_of_link] + self._distance_cost
         return extra
+
+
+def _closed(levers: Levers) -> npt.NDArray[np.bool_]:
+    """Say which links nobody can enter; shape (links,)."""
+    closed: npt.NDArray[np.bool_] = levers.entry_closed | (levers.entry_capacity <= 0)
+    return closed
 
 
 def _refresh(world: World, changed: Ints) -> None:

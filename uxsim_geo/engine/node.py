@@ -21,7 +21,16 @@ from uxsim_geo.engine.link import (
     platoon_at,
 )
 from uxsim_geo.engine.random import MERGE, draw
-from uxsim_geo.engine.records import ABORTED, ARRIVE, COMPLETED, RUNNING, World, kernel, spliced
+from uxsim_geo.engine.records import (
+    ABORTED,
+    ARRIVE,
+    COMPLETED,
+    DEAD_END,
+    RUNNING,
+    World,
+    kernel,
+    spliced,
+)
 
 
 @spliced
@@ -65,11 +74,13 @@ def consider(w: World, q, step, horizon):
 @kernel
 def time_of_move(w: World, queue):
     """Time from which the first platoon of a queue can make the move it has chosen."""
-    if queue["choice"] < 0:
+    if queue["choice"] == ARRIVE:
         return queue["ready"]
+    time = max(queue["ready"], queue["since_step"] * w.links.clock[0]["step_length"])
+    if queue["choice"] == DEAD_END:
+        return time
     vehicles = platoon_at(w.links, queue, queue["left"])["vehicles"]
-    time = max(queue["ready"], opening(w.links, queue["choice"], vehicles))
-    time = max(time, queue["since_step"] * w.links.clock[0]["step_length"])
+    time = max(time, opening(w.links, queue["choice"], vehicles))
     if w.routes.node[queue["end_node"]]["headway"] > 0.0 and not is_origin(queue):
         time = max(time, w.routes.node[queue["end_node"]]["open"])
     return next_green(w.links, queue, time)

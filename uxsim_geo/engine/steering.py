@@ -61,10 +61,12 @@ class Steering:
         self._calls: dict[int, list[int]] = {}
         self._ends: dict[int, list[int]] = {}
         for number, rule in enumerate(self.rules):
-            for time in rule.times(site.duration):
-                self._calls.setdefault(self._step(time), []).append(number)
+            end = self._step(min(rule.end, site.duration))
+            for step in map(self._step, rule.times(site.duration)):
+                if step < end:  # a time and the end may lie in one step
+                    self._calls.setdefault(step, []).append(number)
             if rule.end < site.duration:
-                self._ends.setdefault(self._step(rule.end), []).append(number)
+                self._ends.setdefault(end, []).append(number)
         self._due = np.array(sorted(self._calls.keys() | self._ends.keys()), np.int64)
 
     def _step(self, time: float) -> int:
