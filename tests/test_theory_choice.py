@@ -24,7 +24,7 @@ from uxsim_geo.settings import Settings
 
 sizes = pytest.mark.parametrize("size", [1, 5])
 
-PLATOONS = 3000
+PLATOONS = 8000
 SPREAD = 20.0  # s
 SECOND = 15.0 / 3600.0  # the value of a second to drivers of no class, currency
 
@@ -37,7 +37,7 @@ def way(link_id: str, start: str, end: str, seconds: float) -> Row:
 def run_logit(
     roads: Network, size: int, *, spread: float = SPREAD, control: tuple[Measure, ...] = ()
 ) -> Result:
-    """From 1 to 9, a vehicle a second; updates are 1,500 platoons apart."""
+    """From 1 to 9, a vehicle a second; updates are 4,000 platoons apart."""
     end = float(PLATOONS * size)
     told = Settings(end + 1000.0, size, route_noise=0.0, route_update_interval=end / 2)
     told = replace(told, route_choice="logit", logit_spread=spread)
@@ -156,19 +156,14 @@ RING = [
 def test_inertia_sends_drivers_round_and_the_rule_against_cycles_does_not(
     no_cycles: bool, size: int
 ) -> None:
-    """λ = ½, so of all who come to a or b half go to the other, where no rule is against it.
-
-    Then a driver goes over to b k times with the chance ½ · ¼^(k-1) · ¾, else once or not at all.
-    """
-    end = 2.0 * PLATOONS * size
-    told = Settings(
-        2 * end, size, route_noise=0.0, route_update_interval=end / 2, no_cycles=no_cycles
-    )
-    wish = demand(("1", "9", end / 2, 0.95 * end, 0.45 * end))
-    toll = Toll(["fast"], 300 * SECOND, begin=size)
+    """λ = ½: half go over from a to b; half of these come back, where no rule is against it."""
+    trips, second = 3000, 3500.0 * size  # the second update, s
+    told = Settings(2 * second, size, route_noise=0.0, route_update_interval=second)
+    wish = demand(("1", "9", second, second + trips * size, trips * size))
+    toll = Toll(["fast"], 300 * SECOND, begin=1)
+    told = replace(told, no_cycles=no_cycles)
     result = simulate(network(RING), wish, told, control=[toll])
-    assert (result.trips["status"] == "completed").all()
-    trips = len(result.trips)
+    assert set(result.trips["status"]) == {"completed"}
     over = on_link(result, "over")["vehicle"].value_counts()
     assert over.size / trips == pytest.approx(0.5, abs=four_sigma(0.5, trips))
     again = (over > 1).sum() / trips
@@ -190,12 +185,10 @@ def test_who_has_been_everywhere_goes_on_all_the_same(size: int) -> None:
     wish = demand(("1", "9", 0.0, 1000.0, 1000.0))
     result = simulate(network(links), wish, told, control=[Closure(["closed"], begin=600)])
     assert (result.trips["status"] == "completed").all()
-    turned = set(on_link(result, "back")["vehicle"])
-    # left home after 490 s, and came to a before 600 s
-    assert len(turned) == pytest.approx(100 / size, abs=1)
-    assert turned == set(on_link(result, "over")["vehicle"]) & set(
-        on_link(result, "other")["vehicle"]
-    )
+    over, back, other = (set(on_link(result, n)["vehicle"]) for n in ("over", "back", "other"))
+    assert back == over & other
+    # they came to a between 500 and 600 s
+    assert len(back) == pytest.approx(100 / size, abs=1)
 
 
 @sizes

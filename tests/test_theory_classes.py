@@ -112,24 +112,19 @@ def test_who_is_not_informed_drives_into_the_jam(size: int) -> None:
 def test_drivers_react_when_their_next_update_shows_the_jam(size: int) -> None:
     """It is there from some moment between 180 and 210 s on.
 
-    They choose at k T by the traffic of k T − d, with the interval T and the delay d, s.
+    They choose at k T by the traffic of k T − d, with the interval T and the delay d, s: those of
+    60 and 90 s see at 300 s what was at 210 s, and at 240 s what was at 150 s.
     """
-    reacts_at = {
-        (60, 0): 240,
-        (60, 120): 360,
-        (60, 300): 540,
-        (60, 90): 300,  # by the traffic of 210 s; at 240 s they saw that of 150 s
-        (90, 0): 270,
-        (300, 0): 300,
-        (300, 120): 600,
-    }
+    # T, d, and when they react
+    known = [(60, 0, 240), (60, 90, 300), (60, 120, 360), (60, 300, 540), (300, 0, 300)]
+    known += [(90, 0, 270), (300, 120, 600)]
     classes = [
         DriverClass(f"{interval} {delay}", information_interval=interval, information_delay=delay)
-        for interval, delay in reacts_at
+        for interval, delay, _ in known
     ]
-    dem = from_1_to_9(classes, size, 800 // size)
-    result = run_into_jam(dem, classes, size, jam=180.0)
-    for (interval, delay), time in reacts_at.items():
+    demand = from_1_to_9(classes, size, 800 // size)
+    result = run_into_jam(demand, classes, size, jam=180.0)
+    for interval, delay, time in known:
         old, new = (entries_of(result, f"{interval} {delay}", name) for name in ("a1", "b1"))
         # the next who leaves home has chosen anew
         assert time - 3 * size < old[-1] < time <= new[0] < time + 3 * size
@@ -203,12 +198,8 @@ def test_those_who_comply_follow_advice(size: int) -> None:
 @sizes
 def test_links_are_banned_to_those_whom_the_ban_is_for(size: int) -> None:
     """Who has no way at all gives up, and holds up nobody."""
-    classes = [
-        DriverClass("car"),
-        DriverClass("lorry", banned=("short",)),
-        DriverClass("tank", banned=("short", "long")),
-    ]
-    result = run(classes, size)
+    bans = {"car": (), "lorry": ("short",), "tank": ("short", "long")}
+    result = run([DriverClass(name, banned=links) for name, links in bans.items()], size)
     assert who_used(result, "short") == {"car"}
     assert who_used(result, "long") == {"lorry"}
     assert who_used(result, "to") == {"car", "lorry"}
@@ -223,10 +214,9 @@ def test_links_are_banned_to_those_whom_the_ban_is_for(size: int) -> None:
 @sizes
 def test_classes_of_a_pair_keep_its_total(size: int, seed: int) -> None:
     vehicles = {"default": 33.4, "lorry": 33.3, "bus": 33.3}
-    rows = [("1", "9", 0.0, 100.0, count, name) for name, count in vehicles.items()]
+    demand = wishes(*[("1", "9", 0.0, 100.0, count, name) for name, count in vehicles.items()])
     classes = [DriverClass("lorry"), DriverClass("bus")]
-    settings = Settings(999, size, seed=seed)
-    result = simulate(network(WAYS), wishes(*rows), settings, classes=classes)
+    result = simulate(network(WAYS), demand, Settings(999, size, seed=seed), classes=classes)
     found = result.trips.groupby("class", observed=True)["vehicles"].sum()
     assert found.sum() == 100
     assert all(abs(found[name] - count) < 1 for name, count in vehicles.items())
