@@ -281,3 +281,34 @@ def test_routes_that_are_given_are_driven() -> None:
     dem.table["route"] = [("short", "nowhere")]
     with pytest.raises(InputError, match="nowhere"):
         simulate(network(ways), dem, Settings(2000))
+
+
+def test_faults_of_classes_and_of_control_say_whose_they_are() -> None:
+    """Classes are numbered as they are given, whether or not the default is among them."""
+    classes = [
+        DriverClass("a", informed_share=2.0),
+        DriverClass("b", banned=("nowhere",)),
+        DriverClass("a"),
+    ]
+    told = [Toll(["0,0-0,1"], 1.0), Toll(["elsewhere"], -1.0)]
+    with pytest.raises(InputError) as error:
+        Simulation(
+            network(grid(3)), across(3, 5, 100), Settings(900), control=told, classes=classes
+        )
+    assert [(one.source, one.line, one.column) for one in error.value.faults] == [
+        ("classes", 1, "informed_share"),
+        ("classes", 3, "name"),
+        ("classes", 2, "banned"),
+        ("control", 2, "links"),
+        ("control", 2, "amount"),
+    ]
+
+
+def test_one_link_and_one_class_may_be_told_without_a_list() -> None:
+    ways = [link("long way", "1", "2"), link("short", "1", "2", 200)]
+    dem = demand(("1", "2", 0, 100, 20), ("1", "2", 0, 100, 20))
+    dem.table["class"] = ["van", "delivery van"]
+    route = EnforcedRoute("1", "2", "long way", classes="delivery van")  # type: ignore[arg-type]
+    classes = [DriverClass("van"), DriverClass("delivery van")]
+    trips = simulate(network(ways), dem, Settings(900), control=[route], classes=classes).trips
+    assert (trips["distance_m"] == np.where(trips["class"] == "van", 200, 1000)).all()

@@ -70,6 +70,12 @@ class Faults:
         self.found.extend(other.found)
         self.more += other.more
 
+    def add_of_entry(self, number: int, own: Faults) -> None:
+        """Take over the faults of one entry of this source, whose number is their line."""
+        for fault in own.found:
+            self.add(fault.what, line=number, column=fault.column, value=fault.value)
+        self.more += own.more
+
     def raise_if_any(self) -> None:
         """Raise :class:`InputError` with all that was found, or return."""
         if not self.found:

@@ -48,10 +48,9 @@ def bind(measures: Sequence[Measure], site: Site, faults: Faults) -> list[Rule]:
     rules: list[Rule] = []
     measure_of_rule: list[int] = []
     for number, measure in enumerate(measures, start=1):
-        own = Faults("control")
+        own = Faults()
         bound = measure.rules(site, own)
-        for fault in own.found:
-            faults.add(fault.what, line=number, column=fault.column, value=fault.value)
+        faults.add_of_entry(number, own)
         rules += bound
         measure_of_rule += [number] * len(bound)
     _add_conflicts(rules, measure_of_rule, site, faults)

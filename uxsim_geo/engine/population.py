@@ -36,13 +36,15 @@ class Drivers:
 
 
 def complete_classes(classes: Sequence[DriverClass], faults: Faults) -> list[DriverClass]:
-    """Check the classes, and put the default before them where they leave it out."""
+    """Check the classes, and put the default before them where they leave it out.
+
+    Faults name classes by their number, as line, from 1.
+    """
     names = [one.name for one in classes]
     for number, one in enumerate(classes, start=1):
-        own = Faults("classes")
+        own = Faults()
         one.add_faults(own)
-        for fault in own.found:
-            faults.add(fault.what, line=number, column=fault.column, value=fault.value)
+        faults.add_of_entry(number, own)
         if one.name in names[: number - 1]:
             faults.add("the class is given twice", line=number, column="name", value=one.name)
     missing = [] if DEFAULT in names else [DriverClass()]

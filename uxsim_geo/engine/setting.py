@@ -12,7 +12,8 @@ import pandas as pd
 
 from uxsim_geo.control.drivers import DriverClass
 from uxsim_geo.control.guidance import EnforcedRoute
-from uxsim_geo.control.site import Measure, Site
+from uxsim_geo.control.levers import Levers
+from uxsim_geo.control.site import Measure, Site, as_ids
 from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import Floats, Ints, Platoons, class_of_rows, make_platoons
@@ -82,7 +83,7 @@ class Setting:
         for number, enforced in enumerate(self.enforced):
             held = self._held_to(enforced, number, platoons) & (route < 0)
             route[held] = len(routes)
-            routes.append(enforced.links)
+            routes.append(as_ids(enforced.links))
         begin = self._lay_down(routes)
         return Wishes(
             destination=nodes[platoons.destination],
@@ -100,9 +101,8 @@ class Setting:
             names[platoons.destination] == enforced.destination
         )
         in_time = (platoons.depart >= enforced.begin) & (platoons.depart < enforced.end)
-        classes = np.array(
-            [not enforced.classes or name in enforced.classes for name in platoons.class_names]
-        )
+        wanted = as_ids(enforced.classes)
+        classes = np.array([not wanted or name in wanted for name in platoons.class_names])
         with np.errstate(over="ignore"):  # hashes overflow by design
             chance = unit(combine(combine(platoons.key, ENFORCED), np.uint64(number)))
         held: npt.NDArray[np.bool_] = (
@@ -135,8 +135,12 @@ def set_up(
     check_network(network)
     check_demand(demand, network)
     faults = Faults()
-    classes = complete_classes(classes, faults)
+    class_faults = Faults("classes")
+    given, classes = classes, complete_classes(classes, class_faults)
     site = site_of(network, settings, [one.name for one in classes])
+    base = base_levers(site)
+    ban_links(given, site, base, class_faults)
+    faults.extend(class_faults)
     demand_faults = Faults("demand")
     add_class_faults(demand, classes, demand_faults)
     add_route_faults(demand, site, demand_faults)
@@ -144,10 +148,6 @@ def set_up(
     control_faults = Faults("control")
     rules = bind(control, site, control_faults)
     faults.extend(control_faults)
-    base = base_levers(site)
-    for number, one in enumerate(classes):
-        if one.banned:
-            base.banned[number, site.links(one.banned, faults, key=f"{one.name}.banned")] = True
     faults.raise_if_any()
 
     row_of_link = order_of_links(network)
@@ -165,6 +165,19 @@ def set_up(
         steering=Steering(site, rules, base, application),
         given=np.empty(0, np.int64),
     )
+
+
+def ban_links(classes: Sequence[DriverClass], site: Site, levers: Levers, faults: Faults) -> None:
+    """Ban the classes from the links that they may not use, and note links that are not there.
+
+    Faults name classes by their number, as line, from 1.
+    """
+    for number, one in enumerate(classes, start=1):
+        if one.banned:
+            own = Faults()
+            links = site.links(one.banned, own, key="banned")
+            faults.add_of_entry(number, own)
+            levers.banned[site.class_names.index(one.name), links] = True
 
 
 def add_class_faults(demand: Demand, classes: Sequence[DriverClass], faults: Faults) -> None:
