@@ -1,0 +1,88 @@
+"""Which vehicles, links and nodes are meant: what the tables of trips ask at their door."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from uxsim_geo.analysis.passages import Integers
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.network import Network
+from uxsim_geo.result import Result
+
+Booleans = npt.NDArray[np.bool_]
+
+
+def chosen_vehicles(trips: pd.DataFrame, vehicles: npt.ArrayLike | None) -> Booleans:
+    """Whether each row of ``trips`` is among ``vehicles`` (its rows; None: all of them).
+
+    Raises :class:`uxsim_geo.errors.InputError` if ``vehicles`` is empty or not among the trips.
+    """
+    if vehicles is None:
+        return np.ones(len(trips), bool)
+    rows = np.asarray(vehicles)
+    faults = Faults()
+    if rows.size == 0:
+        faults.add("names nobody: choose one at least, or leave it out for all", column="vehicles")
+    elif not np.issubdtype(rows.dtype, np.integer):
+        what = "must hold rows of the trips, whole numbers"
+        faults.add(what, column="vehicles", value=rows.dtype)
+    else:
+        for row in np.unique(rows[(rows < 0) | (rows >= len(trips))]):
+            what = f"there is no such trip: they are 0 to {len(trips) - 1}"
+            faults.add(what, column="vehicles", value=row)
+    faults.raise_if_any()
+    chosen = np.zeros(len(trips), bool)
+    chosen[rows] = True
+    return chosen
+
+
+def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> Integers:
+    """The place of each name among the ``known``, ascending and once each.
+
+    ``argument`` is what the user calls the names, such as ``links``. Raises
+    :class:`uxsim_geo.errors.InputError` if there are none, or with all that are not known.
+    """
+    asked = list(dict.fromkeys([names] if isinstance(names, str) else names))
+    rows = known.get_indexer(pd.Index(asked, dtype=object))
+    faults = Faults()
+    if not asked:
+        faults.add("is empty: name one at least", column=argument)
+    for name, row in zip(asked, rows, strict=True):
+        if row < 0:
+            faults.add("there is none of this name", column=argument, value=name)
+    faults.raise_if_any()
+    return np.sort(rows).astype(np.int64)
+
+
+def link_rows(result: Result, network: Network) -> Integers:
+    """The row of the links table of every event.
+
+    Raises :class:`uxsim_geo.errors.InputError` if the events are of another network.
+    """
+    link = pd.Categorical(result.events["link"])
+    if link.categories.astype(str).tolist() != network.links["link_id"].astype(str).tolist():
+        faults = Faults("events")
+        faults.add("its links are not those of the network: is it of another run?", column="link")
+        faults.raise_if_any()
+    return np.asarray(link.codes, np.int64)
+
+
+def node_rows(result: Result, network: Network, end: str) -> Integers:
+    """The row of the nodes table of every trip's ``end``: origin or destination.
+
+    Raises :class:`uxsim_geo.errors.InputError` if the trips are of another network.
+    """
+    names = pd.Categorical(result.trips[end])
+    ids = pd.Index(network.nodes["node_id"].astype(str))
+    rows = ids.get_indexer(names.categories.astype(str))[names.codes]
+    if (rows < 0).any():
+        faults = Faults("trips")
+        lost = names.astype(str)[np.argmax(rows < 0)]
+        what = "is no node of the network: is it of another run?"
+        faults.add(what, column=end, value=lost)
+        faults.raise_if_any()
+    return np.asarray(rows, np.int64)

@@ -1,0 +1,48 @@
+"""Where the vehicles, or some of them, are at chosen moments: at home, on the road, arrived."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from uxsim_geo.analysis.network_states import vehicle_counts
+from uxsim_geo.analysis.subsets import chosen_vehicles
+from uxsim_geo.errors import Faults
+from uxsim_geo.result import Result
+
+
+def vehicles_over_time(
+    result: Result, times: npt.ArrayLike, *, vehicles: npt.ArrayLike | None = None
+) -> pd.DataFrame:
+    """How many vehicles wait, run, have completed or given up their trips at each moment.
+
+    ``times`` are s after the start, from 0 to the end of the simulation, in any order; ``vehicles``
+    rows of the trips (None: all). Columns as of
+    :func:`uxsim_geo.analysis.network_states.vehicle_counts`, and demanded: all vehicles, whenever
+    they depart. One row a moment, in the order given; departed = waiting + running + completed +
+    aborted.
+
+    Raises :class:`uxsim_geo.errors.InputError` if ``times`` is empty or leaves the simulation, or
+    if ``vehicles`` is empty or not among the trips.
+    """
+    moments = np.atleast_1d(np.asarray(times, dtype=float))
+    _check(moments, result.settings.duration)
+    chosen = chosen_vehicles(result.trips, vehicles)
+    trips = result.trips[chosen].reset_index(drop=True)
+    vehicle = result.events["vehicle"].to_numpy()
+    number = np.cumsum(chosen) - 1
+    events = result.events.assign(vehicle=number[vehicle])[chosen[vehicle]]
+    counts = vehicle_counts(events, trips, moments)
+    counts.insert(1, "demanded", float(trips["vehicles"].sum()))
+    return counts
+
+
+def _check(moments: npt.NDArray[np.float64], duration: float) -> None:
+    faults = Faults()
+    if moments.size == 0:
+        faults.add("is empty: name one moment at least", column="times")
+    for moment in moments[~((moments >= 0) & (moments <= duration))]:
+        what = f"must lie between 0 and the end of the simulation, {duration:g} s"
+        faults.add(what, column="times", value=moment)
+    faults.raise_if_any()
