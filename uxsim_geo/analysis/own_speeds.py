@@ -27,12 +27,14 @@ def own_free_speeds(
     if not len(limits):
         return own
     time, speed = (limits[name].to_numpy(float) for name in ("time_s", "speed_limit_m_s"))
-    for one in np.unique(limited):
-        since = np.flatnonzero(limited == one)
-        since = since[np.argsort(time[since], kind="stable")]
+    order = np.lexsort((time, limited))
+    time, speed = time[order], speed[order]
+    links, changes = np.unique(limited, return_counts=True)
+    last = np.cumsum(changes)
+    for one, since, until in zip(links, last - changes, last, strict=True):
         begin, end = np.searchsorted(link, (one, one + 1))
-        number = np.searchsorted(time[since], enter[begin:end], side="right")
-        own[begin:end] = np.append(free_speed[one], speed[since])[number]
+        number = np.searchsorted(time[since:until], enter[begin:end], side="right")
+        own[begin:end] = np.append(free_speed[one], speed[since:until])[number]
     return own
 
 
