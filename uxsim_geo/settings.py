@@ -43,9 +43,9 @@ class Settings:
     no_cycles
         nobody drives to a node where it has been before, unless there is no other way
     deterministic
-        no draws: departures lie in the middle of their share, the out-link of the greatest weight
-        is chosen, competing links are served in turn by their merge priorities, and times are
-        without noise
+        no draws, whatever the seed: departures lie in the middle of their share, the out-link of
+        the greatest weight is chosen, competing links are served in turn by their merge
+        priorities, and times are without noise
     demand_rounding
         ``conserve`` keeps every vehicle (the last platoon of a pair may be smaller), ``truncate``
         cuts every demand row to whole platoons

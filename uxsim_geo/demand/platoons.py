@@ -93,7 +93,8 @@ def make_platoons(
     """
     ends = _Ends.of(demand.table)
     kinds = _Kinds.of(ends)
-    pair_keys = _pair_keys(settings.seed, ends, kinds)
+    seed = 0 if settings.deterministic else settings.seed
+    pair_keys = _pair_keys(seed, ends, kinds)
     rows = Slices.of(demand.table, kinds.group_of_row)
     if settings.demand_rounding == "conserve":
         totals = weighted_counts(rows.group, rows.vehicles, kinds.pair.size)

@@ -52,6 +52,8 @@ def visit(w: World, v, step):
         if not has_room(w, winner):
             return False
         taken, time = w.links.queue[winner]["choice"], w.links.queue[winner]["feasible"]
+        if w.links.clock[0]["deterministic"] and taken >= 0:
+            settle_credits(w, winner)
         move(w, winner, step)
         consider(w, winner, step, horizon)
         renew_rivals(w, v, taken, time)
@@ -103,16 +105,13 @@ def goes_before(w: World, q, other):
 
     Rivals for the same opening draw lots −ln(1−U) n/α; the smallest is that of a link with
     probability α / Σα, whoever else takes part. The vehicles n of the platoons weigh in so that
-    links share the flow by priority, whatever the sizes. Without draws the lots are
-    n / (α (1 + openings lost)): links are served in turn, by priority. Origins go before links.
+    links share the flow by priority, whatever the sizes. Without draws the link goes that has
+    most credit (see `settle_credits`). Origins go before links.
     """
     mine, theirs = w.links.queue[q], w.links.queue[other]
     if mine["feasible"] != theirs["feasible"]:
         return mine["feasible"] < theirs["feasible"]
-    if mine["choice"] < 0 or theirs["choice"] < 0:
-        return False
-    limited = w.routes.node[mine["end_node"]]["headway"] > 0.0
-    if mine["choice"] != theirs["choice"] and not limited:
+    if not are_rivals(w, mine, theirs):
         return False
     if is_origin(mine) or is_origin(theirs):
         return is_origin(mine)
@@ -124,9 +123,37 @@ def lot(w: World, queue):
     """Draw the lot of the first platoon of a queue for the opening it waits for."""
     platoon = platoon_at(w.links, queue, queue["left"])
     if w.links.clock[0]["deterministic"]:
-        return platoon["vehicles"] / (queue["merge_priority"] * (1 + queue["lost"]))
+        return -(queue["credit"] + queue["merge_priority"] * platoon["vehicles"])
     chance = draw(platoon["key"], queue["key"], MERGE, queue["lost"])
     return -math.log(1.0 - chance) * platoon["vehicles"] / queue["merge_priority"]
+
+
+@kernel
+def settle_credits(w: World, winner):
+    """Share the right to an opening without draws: all gain n α, and who takes it pays n Σα.
+
+    n are the vehicles that go, Σα is over all links that could go at the same time. Who has most
+    after gaining goes: links take turns, each as often as its priority says, whatever the others.
+    """
+    taker = w.links.queue[winner]
+    v, vehicles = taker["end_node"], platoon_at(w.links, taker, taker["left"])["vehicles"]
+    if is_origin(taker):
+        return
+    for place in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
+        rival = w.links.queue[w.routes.into[place]]
+        same_time = rival["feasible"] == taker["feasible"]
+        if same_time and are_rivals(w, taker, rival) and not is_origin(rival):
+            rival["credit"] += rival["merge_priority"] * vehicles
+            taker["credit"] -= rival["merge_priority"] * vehicles
+
+
+@kernel
+def are_rivals(w: World, queue, other):
+    """Whether two queues of a node want the same opening: of a link, or of the node."""
+    if queue["choice"] < 0 or other["choice"] < 0:
+        return False
+    limited = w.routes.node[queue["end_node"]]["headway"] > 0.0
+    return limited or queue["choice"] == other["choice"]
 
 
 @kernel

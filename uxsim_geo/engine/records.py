@@ -81,8 +81,9 @@ QUEUE = np.dtype(
         ("last_green", np.int64),
         # the rest
         ("vehicles_left", np.float64),
-        ("next", np.int64),  # listed for the same step
-        ("locked", np.int64),  # 1: it will never move again
+        ("credit", np.float64),  # vehicles · Σα that it has let others go before it, without draws
+        ("next", np.int32),  # listed for the same step
+        ("locked", np.int32),  # 1: it will never move again
     ],
     align=True,
 )
