@@ -55,13 +55,10 @@ def from_1_to_9(
 
 
 def run(classes: Sequence[DriverClass], size: int, platoons: int = 200, **told: Any) -> Result:
-    """Let drivers of some classes go from 1 to 9 at one time; λ = 1, no noise."""
-    settings = Settings(
-        platoons * size + 400.0, size, route_noise=0.0, route_update_weight=1.0, seed=1
-    )
-    return simulate(
-        network(WAYS), from_1_to_9(classes, size, platoons), settings, classes=classes, **told
-    )
+    """Let drivers of some classes go from 1 to 9 at one time; no noise."""
+    settings = Settings(platoons * size + 400.0, size, route_noise=0.0)
+    demand = from_1_to_9(classes, size, platoons)
+    return simulate(network(WAYS), demand, settings, classes=classes, **told)
 
 
 def entries_of(result: Result, name: str, link_id: str) -> np.ndarray:
@@ -102,7 +99,7 @@ def run_into_jam(demand: Demand, classes: Sequence[DriverClass], size: int, jam:
 
 @sizes
 def test_who_is_not_informed_drives_into_the_jam(size: int) -> None:
-    classes = [DriverClass(f"{share:g}", informed_share=share) for share in (0.0, 0.3, 1.0)]
+    classes = [DriverClass(f"{part:g}", informed_share=part) for part in (0.0, 0.3, 1.0)]
     result = run_into_jam(from_1_to_9(classes, size, 1000, 610.0), classes, size, jam=0.0)
     assert share(result, "0", "a1") == share(result, "1", "b1") == 1.0
     assert share(result, "0.3", "b1") == pytest.approx(0.3, abs=four_sigma(0.3, 1000))
@@ -174,8 +171,8 @@ def test_everybody_has_paid_the_tolls_in_force_on_entry(size: int) -> None:
     amounts = [(0.0, 0.1), (450.0, 0.3), (1000.0, 0.0)]
     control = [Toll(["short"], amounts), Toll(["on"], 0.25, begin=300, end=900)]
     classes = [DriverClass(), DriverClass("lorry", 20.0, toll_factor=2.5)]
-    settings = Settings(1200, size, route_noise=0.5, route_update_interval=60.0)
     demand = from_1_to_9(classes, size, 1500 // size)
+    settings = Settings(1200, size, route_noise=0.5, route_update_interval=60.0)
     result = simulate(network(WAYS), demand, settings, control=control, classes=classes)
     time, name = result.events["enter_s"], result.events["link"]
     in_force = np.select([time < 450, time < 1000], [0.1, 0.3], 0.0) * (name == "short")
@@ -189,10 +186,13 @@ def test_everybody_has_paid_the_tolls_in_force_on_entry(size: int) -> None:
 
 @sizes
 def test_those_who_comply_follow_advice(size: int) -> None:
-    classes = [DriverClass(f"{share:g}", compliance=share) for share in (0.0, 0.3, 1.0)]
+    """Whether they are informed or not."""
+    classes = [DriverClass(f"{part:g}", compliance=part) for part in (0.0, 0.3, 1.0)]
+    classes.append(DriverClass("both", informed_share=0.3, compliance=0.3))
     result = run(classes, size, 1000, control=[Advice(["short"], 60.0)])
     assert share(result, "0", "short") == share(result, "1", "long") == 1.0
-    assert share(result, "0.3", "long") == pytest.approx(0.3, abs=four_sigma(0.3, 1000))
+    for name in ("0.3", "both"):
+        assert share(result, name, "long") == pytest.approx(0.3, abs=four_sigma(0.3, 1000))
 
 
 @sizes
