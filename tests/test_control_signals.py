@@ -8,7 +8,8 @@ from control_site import assert_names, faults_of, only, site_of, traffic_of
 from small_networks import Q, across, demand, exits, grid, link, network, simulate
 from test_engine_order import hash_of
 
-from uxsim_geo.control.signals import Phase, Signal
+from uxsim_geo.control import Levers, OwnControl, Phase, Signal, Traffic
+from uxsim_geo.engine.simulation import Simulation
 from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.errors import InputError
 from uxsim_geo.settings import Settings
@@ -176,3 +177,38 @@ def test_every_fault_of_a_signal_is_named_at_once() -> None:
         faults_of(Signal("9", ()), site), ["no such node (found '9')", "at least one phase"]
     )
     assert "nothing is held" in faults_of(Signal("3", (Phase(10, ()),)), site)
+
+
+def test_a_phase_that_is_held_while_it_runs_goes_on_without_a_break() -> None:
+    """a has green from 0 to 30 s; held from 20 s on it keeps it, without 10 s of all-red."""
+
+    def hold(traffic: Traffic, levers: Levers) -> None:
+        levers.phase[traffic.site.node_position["3"]] = 0
+
+    signal = Signal("3", (Phase(30, ("a",)), Phase(30, ("b",))), all_red=10)
+    rows = (("1", "4", 0.0, 100.0, 60.0), ("2", "4", 0.0, 100.0, 60.0))
+    control = [signal, OwnControl(hold, begin=20)]
+    result = simulate(
+        network([link("a", "1", "3", 10), link("b", "2", "3", 10), link("c", "3", "4")]),
+        demand(*rows),
+        Settings(400, 1, demand_rounding="truncate"),
+        control=control,
+    )
+    assert np.diff(exits(result, "a")).max() < 5
+    assert exits(result, "b").size == 0
+
+
+@pytest.mark.parametrize("plan", [1, -2, 99])
+def test_no_node_takes_a_plan_that_is_not_its_own(plan: int) -> None:
+    run = Simulation(
+        network(CROSSING),
+        demand(("1", "4", 0, 60, 20)),
+        Settings(600, 1),
+        control=[
+            Signal("3", (Phase(10, ("a",)), Phase(10, ("b",)))),
+            Signal("4", (Phase(9, ("to4",)), Phase(9, ()))),
+        ],
+    )
+    run.levers.plan[run.traffic.site.node_position["3"]] = plan
+    with pytest.raises(InputError, match=f"node 3 has no such plan; -1 is none .*{plan}"):
+        run.advance(100)

@@ -226,13 +226,22 @@ def test_a_look_on_the_way_shows_who_is_where() -> None:
         traffic.count[0] = 1.0
 
 
-@pytest.mark.parametrize("damage", ["cut", "other version", "changed", "no zip", "missing"])
+@pytest.mark.parametrize(
+    "damage", ["cut", "other version", "changed", "spoilt", "no zip", "missing"]
+)
 def test_a_file_that_is_no_saved_run_is_refused(damage: str, tmp_path: Path) -> None:
     run = Simulation(network(grid(3)), across(3, 5.0, 100.0), Settings(1000))
     path = tmp_path / "run.zip"
     run.save(path)
     if damage == "cut":
         path.write_bytes(path.read_bytes()[:-100])
+    elif damage == "spoilt":
+        content = bytearray(path.read_bytes())
+        with zipfile.ZipFile(path) as archive:
+            largest = max(archive.infolist(), key=lambda part: part.compress_size)
+        begin = largest.header_offset + 30 + len(largest.filename)
+        content[begin : begin + 20] = b"x" * 20
+        path.write_bytes(content)
     elif damage == "no zip":
         path.write_text("nothing")
     elif damage == "missing":
@@ -262,6 +271,19 @@ def test_a_run_is_not_resumed_under_other_control(tmp_path: Path) -> None:
         Simulation.resume(
             tmp_path / "run.zip", control=[Toll(["0,0-0,1"], 1.0)], classes=[DriverClass("x")]
         )
+    with pytest.raises(InputError, match=r"other classes of drivers: .*value_of_time=15\.0"):
+        Simulation.resume(
+            tmp_path / "run.zip",
+            control=[Toll(["0,0-0,1"], 1.0)],
+            classes=[DriverClass(value_of_time=20.0)],
+        )
+
+
+def test_a_run_goes_no_further_than_its_end() -> None:
+    run = Simulation(network(grid(3)), across(3, 5.0, 100.0), Settings(1003))
+    run.advance(float("inf"))
+    assert run.finished
+    assert run.time == 1003
 
 
 def test_routes_that_are_given_are_driven() -> None:

@@ -26,6 +26,8 @@ class Plans:
 
     phase_counts
         (plans + 1,) phases of each plan, and of none
+    node_of_plan
+        (plans,) the node that each plan is for
     greens
         records GREEN: the first is that of a phase that is held, then those of every row
     """
@@ -55,6 +57,7 @@ class Plans:
                 self.in_phase[row, number] = link_id in as_ids(phase.links)
         self._ends = _Ends(plans, most)
         self.phase_counts = np.array([*(len(plan.phases) for plan in plans), 0], np.int64)
+        self.node_of_plan = np.array([site.node_position[plan.node_id] for plan in plans], np.int64)
         self._is_first = np.zeros(self.link.size, bool)  # of the rows of its link
         self._is_first[np.unique(self.link, return_index=True)[1]] = True
 
@@ -99,8 +102,9 @@ class Plans:
         """Hold phases: links in them get green, after all-red unless they had it before."""
         link, node = self.link[rows], self.node[rows]
         green = self.in_phase[rows, levers.phase[node]]
-        held_before = before.phase[node]
-        had_green = (held_before >= 0) & self.in_phase[rows, held_before]
+        shown = self.phase_at(before, time)[node]  # whether held or run by the plan itself
+        had_green = (before.plan[node] == levers.plan[node]) & (shown >= 0)
+        had_green &= self.in_phase[rows, shown]
         queue["cycle"][link] = _HELD_CYCLE
         queue["offset"][link] = time + np.where(had_green, 0.0, self.all_red[rows])
         queue["first_green"][link] = 0

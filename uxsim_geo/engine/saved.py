@@ -11,6 +11,7 @@ import io
 import json
 import tempfile
 import zipfile
+import zlib
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,18 @@ _LARGEST = 1 << 36  # bytes of one array
 
 #: parts of the world that are worked on and hold nothing between two steps
 _SCRATCH = ("settled", "heap", "event", "pending_words")
+#: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
+_DAMAGED = (
+    OSError,
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 _TEXTS = ("node_ids", "class_names", "routes")
 
 
@@ -81,7 +94,7 @@ def read_saved(path: Path) -> tuple[Network, dict[str, Any], Arrays]:
             network = read_network(Path(folder))
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except _DAMAGED as error:
         what = f"is not a saved simulation, or is damaged: {error}"
         raise InputError([Fault(what, str(path))]) from None
     return network, state, arrays
@@ -152,7 +165,10 @@ def with_arrays(world: World, arrays: Arrays) -> World:
     filled = World(**parts)
     links, drivers = world.routes.road.size, world.routes.driver.size
     for array, shape in (
+        (filled.links.clock, world.links.clock.shape),
+        (filled.links.green, world.links.green.shape),
         (filled.routes.road, (links,)),
+        (filled.routes.driver, (drivers,)),
         (filled.routes.node, world.routes.node.shape),
         (filled.routes.into, filled.links.queue.shape),
         (filled.routes.weight, (filled.routes.destination.size - 1, links)),

@@ -144,7 +144,7 @@ class Simulation:
         started = time.perf_counter()
         clock = self.world.links.clock
         steps = int(self.world.calendar.bucket.size)
-        target = min(int(np.ceil(until / self.settings.step - 1e-9)), steps)
+        target = int(np.ceil(min(until / self.settings.step, steps) - 1e-9))
         if self._touched and clock["step"][0] < target:
             self.steering.apply_outside(self.world, int(clock["step"][0]))
             self._touched = False
@@ -221,7 +221,7 @@ class Simulation:
         arrays["events"] = to_plain(np.concatenate(self._events))
         state = {
             "settings": asdict(self.settings),
-            "classes": [one.name for one in self.setting.classes],
+            "classes": [repr(one) for one in self.setting.classes],
             "platoons": texts,
             "control": told,
             "acted_step": self._acted_step,
@@ -248,7 +248,7 @@ class Simulation:
             nobody = Demand(pd.DataFrame({name: [] for name in DEMAND_COLUMNS}))
             settings = Settings(**state["settings"])
             run = cls(network, nobody, settings, control=control, classes=classes)
-            if [one.name for one in run.setting.classes] != state["classes"]:
+            if [repr(one) for one in run.setting.classes] != state["classes"]:
                 raise ValueError(f"it had other classes of drivers: {', '.join(state['classes'])}")
             run.platoons = platoons_from(state["platoons"], arrays)
             run.world = with_arrays(run.world, arrays)
@@ -257,7 +257,7 @@ class Simulation:
             run._events = [from_plain(arrays["events"], EVENT)]
             run._acted_step, run._touched = int(state["acted_step"]), bool(state["touched"])
             run.wall_s = float(state["wall_s"])
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, LookupError, TypeError, AttributeError) as error:
             if isinstance(error, InputError):
                 raise
             raise InputError([Fault(f"cannot be resumed: {error}", str(path))]) from None

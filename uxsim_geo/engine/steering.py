@@ -182,7 +182,13 @@ class Steering:
         ids = {"links": self.site.link_ids, "nodes": self.site.node_ids}
         self.levers.add_faults(faults, ids, changed)
         plan, phase = self.levers.plan, self.levers.phase
-        counts = self.application.plans.phase_counts[plan]
+        plans = self.application.plans
+        own = np.append(plans.node_of_plan, -1)[np.clip(plan, -1, plans.node_of_plan.size)]
+        for node in np.flatnonzero((plan != -1) & (own != np.arange(plan.size))):
+            what = f"node {self.site.node_ids[node]} has no such plan; -1 is none"
+            faults.add(what, column="plan", value=int(plan[node]))
+        faults.raise_if_any()
+        counts = plans.phase_counts[plan]
         for node in np.flatnonzero((phase >= counts) & (phase >= 0)):
             what = f"node {self.site.node_ids[node]} has no such phase: its plan has {counts[node]}"
             faults.add(what, column="phase", value=int(phase[node]))
