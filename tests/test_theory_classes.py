@@ -21,6 +21,7 @@ from uxsim_geo.control.drivers import DriverClass
 from uxsim_geo.control.site import Measure
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.engine.simulation import simulate
+from uxsim_geo.errors import InputError
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
@@ -271,3 +272,16 @@ def test_routes_of_demand_rows_are_driven_by_those_rows(control: list[Measure], 
     assert result.trips["vehicles"].sum() == 100
     went_long = result.trips["distance_m"] == 20 * 120
     assert result.trips["vehicles"][went_long].sum() in (33, 34)
+
+
+def test_a_class_is_not_sent_over_links_that_are_banned_to_it() -> None:
+    classes = [DriverClass(), DriverClass("lorry", banned=("short",))]
+    route, case = ("to", "short", "on"), (network(WAYS), from_1_to_9(classes, 5))
+    for names in ((), ("lorry",)):
+        enforced = EnforcedRoute("1", "9", route, classes=names)
+        with pytest.raises(InputError, match=r"control:1, column links: is banned .* class lorry"):
+            simulate(*case, Settings(999), control=[enforced], classes=classes)
+    case[1].table["route"] = pd.Series([route, route])
+    with pytest.raises(InputError) as error:
+        simulate(*case, Settings(999), classes=classes)
+    assert [(one.line, one.value) for one in error.value.faults] == [(2, "short")]

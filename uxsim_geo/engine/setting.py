@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -71,7 +71,7 @@ class Setting:
         """Raise where a demand names classes that there are not, or routes that lead nowhere."""
         faults = Faults("demand")
         add_class_faults(demand, self.classes, faults)
-        add_route_faults(demand, self.site, faults)
+        add_route_faults(demand, self.site, self.steering.base, faults)
         faults.raise_if_any()
 
     def wishes_of(self, platoons: Platoons) -> Wishes:
@@ -143,10 +143,11 @@ def set_up(
     faults.extend(class_faults)
     demand_faults = Faults("demand")
     add_class_faults(demand, classes, demand_faults)
-    add_route_faults(demand, site, demand_faults)
+    add_route_faults(demand, site, base, demand_faults)
     faults.extend(demand_faults)
     control_faults = Faults("control")
     rules = bind(control, site, control_faults)
+    add_ban_faults(control, site, base, control_faults)
     faults.extend(control_faults)
     faults.raise_if_any()
 
@@ -189,15 +190,36 @@ def add_class_faults(demand: Demand, classes: Sequence[DriverClass], faults: Fau
             faults.add(what, column="class", value=name)
 
 
-def add_route_faults(demand: Demand, site: Site, faults: Faults) -> None:
-    """Note given routes that cannot be driven."""
+def add_route_faults(demand: Demand, site: Site, base: Levers, faults: Faults) -> None:
+    """Note given routes that cannot be driven, or not by their class."""
     if "route" not in demand.table:
         return
-    columns = ("origin", "destination", "route")
-    rows = zip(*(demand.table[name] for name in columns), strict=True)
-    for number, (origin, destination, route) in enumerate(rows, start=1):
+    ends = (demand.table[name].astype(str) for name in ("origin", "destination"))
+    rows = zip(*ends, demand.table["route"], class_of_rows(demand.table), strict=True)
+    for number, (origin, destination, route, name) in enumerate(rows, start=1):
         if isinstance(route, list | tuple | np.ndarray):
             own = Faults()
-            EnforcedRoute(str(origin), str(destination), tuple(map(str, route))).rules(site, own)
+            way = EnforcedRoute(origin, destination, tuple(map(str, route)))
+            way.rules(site, own)
+            add_bans_on(replace(way, classes=(name,)), site, base, own)
             for fault in own.found:
                 faults.add(fault.what, line=number, column="route", value=fault.value)
+
+
+def add_ban_faults(control: Sequence[Measure], site: Site, base: Levers, faults: Faults) -> None:
+    """Note routes that control enforces on classes that may not use their links."""
+    for number, measure in enumerate(control, start=1):
+        if isinstance(measure, EnforcedRoute):
+            own = Faults()
+            add_bans_on(measure, site, base, own)
+            faults.add_of_entry(number, own)
+
+
+def add_bans_on(route: EnforcedRoute, site: Site, base: Levers, faults: Faults) -> None:
+    """Note the links of a route that are banned to a class that is to drive it."""
+    for name in as_ids(route.classes) or site.class_names:
+        for link_id in as_ids(route.links):
+            known = name in site.class_names and link_id in site.link_position
+            if known and base.banned[site.class_names.index(name), site.link_position[link_id]]:
+                what = f"is banned to drivers of class {name}: give them another route"
+                faults.add(what, column="links", value=link_id)
