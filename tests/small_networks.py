@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.control.site import Measure
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.network.network import Network
@@ -83,6 +84,8 @@ def run_streams(
     streams: Iterable[Stream],
     duration: float,
     platoon_size: int,
+    *,
+    control: Sequence[Measure] = (),
     **settings: Any,
 ) -> Result:
     """Simulate streams without randomness: platoon k departs (k + 1) Δn / flow after the start."""
@@ -91,7 +94,7 @@ def run_streams(
         for origin, destination, start, end, flow in streams
     ]
     told = Settings(duration, platoon_size, demand_rounding="truncate", **settings)
-    return simulate(network(links), demand(*rows), told)
+    return simulate(network(links), demand(*rows), told, control=control)
 
 
 def on_link(result: Result, link_id: str) -> pd.DataFrame:

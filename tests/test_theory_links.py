@@ -11,6 +11,8 @@ off them to one platoon: Δn in counts, Δn over the flow in times.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from small_networks import (
@@ -26,6 +28,8 @@ from small_networks import (
     run_streams,
 )
 
+from uxsim_geo.control import LinkCapacity, NodeCapacity
+from uxsim_geo.control.site import Measure
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.settings import Settings
 
@@ -112,6 +116,15 @@ def test_a_bottleneck_delays_by_its_queue(name: str, size: int) -> None:
     assert waiting == pytest.approx((flow - capacity) * 300, abs=size)
 
 
+#: what lets only so much (veh/s) pass from b2 to the next link: measures of control, or none
+LIMITS: dict[str, Callable[[float], list[Measure]]] = {
+    "capacity of the next link": lambda _: [],
+    "exit": lambda rate: [LinkCapacity(["b2"], exit=rate)],
+    "entry": lambda rate: [LinkCapacity(["narrow"], entry=rate)],
+    "node": lambda rate: [NodeCapacity(["3"], rate)],
+}
+
+
 def shock_speed(flow: float, capacity: float) -> float:
     """Speed (m/s) at which the end of a queue moves back over one lane: jump of flow / density."""
     return (flow - capacity) / ((KAPPA - capacity / W) - flow / U)
@@ -120,14 +133,18 @@ def shock_speed(flow: float, capacity: float) -> float:
 @sizes
 @lane_numbers
 @pytest.mark.parametrize(("flow", "capacity"), [(0.6, 0.2), (0.8, 0.4), (0.4, 0.1)])
+@pytest.mark.parametrize("limit", LIMITS)
 def test_a_queue_spills_back_over_three_links(
-    flow: float, capacity: float, lanes: int, size: int
+    limit: str, flow: float, capacity: float, lanes: int, size: int
 ) -> None:
-    """Platoon k passes the point x at the later of free flow and the wave from the narrow link."""
+    """Platoon k passes the point x at the later of free flow and the wave from the narrow place."""
     links = [link(f"b{i}", f"{i}", f"{i + 1}", 500, lanes=lanes) for i in range(3)]
-    links += [link("narrow", "3", "4", lanes=lanes, capacity=capacity * lanes)]
+    links += [link("narrow", "3", "4", lanes=lanes)]
+    control = LIMITS[limit](capacity * lanes)
+    if not control:
+        links[-1]["capacity"] = capacity * lanes
     stream = [("0", "4", 0.0, 2000.0, flow * lanes)]
-    result = run_streams(links, stream, 3000, size)
+    result = run_streams(links, stream, 3000, size, control=control)
     first = size / (flow * lanes) + 1500 / U
     found_shocks = []
     for place, link_id in enumerate(("b0", "b1", "b2", "narrow")):
