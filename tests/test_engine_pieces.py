@@ -177,6 +177,21 @@ def test_who_is_added_takes_the_short_way_at_once() -> None:
     assert (used["short"], used["long"]) == (8, 0)
 
 
+def test_who_is_added_for_where_nobody_went_any_more_takes_the_way_of_now() -> None:
+    """The short way is tolled after the first trip has ended; the next update is far away."""
+    ways = [link("short", "2", "3", 400), link("long", "2", "3", 800), link("far", "3", "4")]
+    dem = demand(("2", "3", 0, 10, 5), ("2", "4", 0, 3000, 50))
+    toll = Toll(["short"], 100.0, begin=300)
+    run = Simulation(network(ways), dem, Settings(3000), control=[toll])
+    run.advance(700)
+    run.add(demand(("2", "3", 720, 800, 40)))
+    run.advance(3000)
+    trips = run.result().trips
+    assert (
+        trips["distance_m"][(trips["destination"] == "3") & (trips["depart_s"] > 700)] == 800
+    ).all()
+
+
 def test_who_is_added_elsewhere_changes_nobody() -> None:
     """A vehicle on an unconnected link, there from the start or added: no other event changes."""
     island = [link("island", "x", "y")]

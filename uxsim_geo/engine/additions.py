@@ -47,7 +47,10 @@ def add_platoons(
     outstanding = weighted_counts(
         destination, added.vehicles.astype(float), world.routes.destination.size
     )
-    world.routes.destination["outstanding"] += outstanding.astype(np.int64)
+    table = world.routes.destination
+    # nobody has been bound for these: the ways to them are from long ago
+    table["known"][table["outstanding"] == 0] = 0
+    table["outstanding"] += outstanding.astype(np.int64)
     trips = np.concatenate([world.log.trip, trips_of(added, node_of_code, wishes)])
     world = world._replace(
         routes=world.routes._replace(given=wishes.given.astype(np.int32)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 import pandas as pd
@@ -61,12 +61,8 @@ def _add_conflicts(
     rules: Sequence[Rule], measure_of_rule: Sequence[int], site: Site, faults: Faults
 ) -> None:
     """Note rules that write the same quantity of the same link or node at the same time."""
-    by_quantity: dict[str, list[int]] = {quantity: [] for quantity in QUANTITIES}
-    for number, rule in enumerate(rules):
-        for quantity in dict.fromkeys(claim.quantity for claim in rule.claims):
-            by_quantity[quantity].append(number)
-    for quantity, numbers in by_quantity.items():
-        for first, second in combinations(numbers, 2):
+    for quantity in QUANTITIES:
+        for first, second in _pairs_that_meet(rules, quantity):
             one, other = rules[first], rules[second]
             if one.begin >= other.end or other.begin >= one.end:
                 continue
@@ -81,6 +77,18 @@ def _add_conflicts(
                     f"times at which {earlier} sets it too; part them in time, or keep one"
                 )
                 faults.add(what, line=measure_of_rule[second])
+
+
+def _pairs_that_meet(rules: Sequence[Rule], quantity: str) -> list[tuple[int, int]]:
+    """Return the pairs of rules that write a quantity of the same link or node at any time."""
+    by_position: dict[int, dict[int, None]] = {}
+    for number, rule in enumerate(rules):
+        for claim in rule.claims:
+            if claim.quantity == quantity:
+                for position in claim.positions.tolist():
+                    by_position.setdefault(position, {})[number] = None
+    groups = {tuple(numbers) for numbers in by_position.values()}
+    return sorted(set(chain.from_iterable(combinations(group, 2) for group in groups)))
 
 
 def shared_positions(one: Rule, other: Rule, quantity: str) -> np.ndarray:

@@ -121,12 +121,14 @@ def last_update(w: World, number):
 
 
 @kernel
-def find_ways(w: World, first):
-    """Find the ways to destinations that are new during a run, from this place on, at once."""
-    for place in range(first, w.routes.destination.size - 1):
+def find_ways(w: World):
+    """Find the ways to destinations for which somebody is newly bound during a run, at once."""
+    for place in range(w.routes.destination.size - 1):
         destination = w.routes.destination[place]
         number = destination["driver"]
-        if w.routes.driver[number]["updates"] > 0 and not destination["given"]:
+        if destination["known"] or destination["given"] or destination["outstanding"] == 0:
+            continue
+        if w.routes.driver[number]["updates"] > 0:
             set_costs(w, number, last_update(w, number))
             renew_destination(w, place)
     return True

@@ -96,8 +96,8 @@ def _entry_points(sources: str):
         return len(sources) > 0 and turn_away(w, avoided)
 
     @compiled
-    def introduce(w, first):
-        return len(sources) > 0 and find_ways(w, first)
+    def introduce(w):
+        return len(sources) > 0 and find_ways(w)
 
     return run_until, finish, sense, refresh, avoid, introduce
 

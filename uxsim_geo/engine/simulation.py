@@ -169,10 +169,9 @@ class Simulation:
         added = platoons_to_add(demand, self.settings, self.platoons, self.time)
         self.setting.check_demand(demand)
         wishes = self.setting.wishes_of(added)
-        first = self.world.routes.destination.size - 1
         self.world, origins = add_platoons(self.world, added, wishes, self.network)
         self.platoons = self.platoons.joined(added)
-        self._call(lambda world: introduce(world, first))
+        self._call(introduce)
         self._call(lambda world: refresh(Queues(world.links, world.calendar), origins))
 
     def progress(self) -> Progress:
