@@ -41,9 +41,11 @@ class Settings:
         ten times as many updates that together weigh the same, so that routes change in small
         steps
     no_cycles
-        nobody drives to a node where it has been before, unless there is no other way
+        nobody drives to a node where it has been before, unless all out-links that have any
+        weight lead there
     deterministic
-        no draws, whatever the seed: departures lie in the middle of their share, the out-link of
+        no draws, whatever the seed: departures lie in the middle of their share (at its
+        end where demand is truncated), the out-link of
         the greatest weight is chosen, competing links are served in turn by their merge
         priorities, and times are without noise
     demand_rounding
