@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from control_site import assert_names, bind, faults_of, only, site_of, traffic_of
@@ -92,3 +94,16 @@ def test_an_incident_on_one_of_two_lanes_halves_the_discharge(size: int) -> None
     assert np.diff(during) == pytest.approx(size / Q)
     after = times[(times >= 1800 + size / Q) & (times < 2900)]
     assert np.diff(after) == pytest.approx(size / (2 * Q))
+
+
+@pytest.mark.parametrize("route_choice", ["inertia", "logit"])
+def test_who_must_go_through_many_closed_links_waits_for_them(
+    route_choice: Literal["inertia", "logit"],
+) -> None:
+    """Twenty closed links in a row are farther than any number of ms, but not out of reach."""
+    ways = [link(f"{place}", f"{place}", f"{place + 1}", 100) for place in range(21)]
+    closure = Closure([str(place) for place in range(1, 21)], end=600)
+    settings = Settings(3000, 5, route_choice=route_choice)
+    result = simulate(network(ways), demand(("0", "21", 0, 100, 20)), settings, control=[closure])
+    assert (result.trips["status"] == "completed").all()
+    assert result.trips["arrive_s"].min() >= 600 + 20 * 5

@@ -14,6 +14,8 @@ from uxsim_geo.engine.random import NOISE, draw
 from uxsim_geo.engine.records import NEVER, Links, Routes, World, kernel, spliced
 
 UNREACHED = np.int32(2**29)  # ms, 149 hours; the sum of two fits into 32 bits
+# what is farther counts as this: behind long queues and closed links there is still a way
+_FARTHEST = np.int64(2**29 - 1)  # ms
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
 _NODE_BITS = 32
 _NODE_MASK = 2**32 - 1
@@ -105,8 +107,10 @@ def renew_destination(w: World, place):
 
 @kernel
 def in_milliseconds(seconds):
-    """Round to whole ms, at least 1 (so that every link of a tree brings one nearer)."""
-    return np.int32(min(max(seconds * 1000.0 + 0.5, 1.0), float(UNREACHED)))
+    """Round to whole ms, at least 1 (so that every link of a tree brings one nearer); inf stays."""
+    if seconds == np.inf:
+        return UNREACHED
+    return np.int32(min(max(seconds * 1000.0 + 0.5, 1.0), float(_FARTHEST)))
 
 
 @kernel
@@ -159,8 +163,9 @@ def relax(routes: Routes, v, distance, size):
         link = routes.into[place]
         if link < routes.road.size:  # not the origin
             road = routes.road[link]
-            start, offer = routes.node[road["from_node"]], distance + road["cost"]
-            if offer < start["distance"]:
+            start = routes.node[road["from_node"]]
+            offer = min(distance + road["cost"], _FARTHEST)
+            if road["cost"] < UNREACHED and offer < start["distance"]:
                 start["distance"] = offer
                 start["toward"] = link
                 size = push(routes.heap, size, (offer << _NODE_BITS) | road["from_node"])
@@ -226,7 +231,9 @@ def spread_tree(routes: Routes, destination, spread):
         start, end = routes.node[road["from_node"]], routes.node[road["to_node"]]
         weight = 0.0
         leads_on = end["through"] or road["to_node"] == target
-        if leads_on and end["distance"] < start["distance"] and road["cost"] < UNREACHED:
+        if start["toward"] == link:
+            weight = 1.0
+        elif leads_on and end["distance"] < start["distance"] and road["cost"] < UNREACHED:
             detour = road["cost"] + end["distance"] - start["distance"]
             weight = np.exp(-detour / (1000.0 * spread))
         routes.weight[destination, link] = weight
