@@ -13,6 +13,7 @@ from uxsim_geo.control import (
     Advice,
     Closure,
     CongestionToll,
+    DriverClass,
     EnforcedRoute,
     Feedback,
     Incident,
@@ -82,6 +83,7 @@ def test_a_measure_changes_what_it_claims_in_its_period_and_nothing_else(measure
         ({"begin": math.nan}, "column begin: must be a finite time"),
         ({"begin": 3600.0}, "column begin: begins when the simulation is over"),
         ({"begin": 900.0, "end": 900.0}, "column end: must be later than begin"),
+        ({"end": "noon"}, "column end: must be a number of seconds"),
         ({"end": 3700.0}, "column end: lies beyond the end of the simulation"),
     ],
 )
@@ -171,3 +173,12 @@ def test_a_lever_that_is_none_names_the_nearest() -> None:
         levers.exit_capacities = 3.0
     levers.toll = 2.0
     assert levers.toll.tolist() == [2.0, 2.0, 2.0]
+
+
+def test_numbers_may_come_from_arrays_and_texts_are_no_numbers() -> None:
+    assert bind(Toll(["b"], np.float32(2.0)), SITE)[0].claims[0].quantity == "toll"
+    assert bind(Incident(["b"], np.int64(1)), SITE)
+    assert_names(faults_of(Incident(["b"], "one"), SITE), ["column lanes_closed"])
+    faults = Faults()
+    DriverClass(informed_share="half", value_of_time=np.int64(9)).add_faults(faults)
+    assert [fault.column for fault in faults.found] == ["informed_share"]

@@ -19,6 +19,7 @@ from uxsim_geo.control.site import (
     check_number,
     check_period,
 )
+from uxsim_geo.control.timetable import NUMBER
 from uxsim_geo.control.traffic import Traffic
 from uxsim_geo.errors import Faults
 
@@ -92,6 +93,8 @@ class Incident:
         claim = Claim("exit_capacity", site.links(self.links, faults))
         links = claim.positions
         check_number(self.lanes_closed, "lanes_closed", faults, above=0.0)
+        if not isinstance(self.lanes_closed, NUMBER):
+            return []
         if self.lanes_closed % 1 != 0:
             faults.add("must be a whole number", column="lanes_closed", value=self.lanes_closed)
         whole = links[site.lanes[links] <= self.lanes_closed]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from uxsim_geo.control.site import Target, check_number
+from uxsim_geo.control.timetable import NUMBER
 from uxsim_geo.errors import Faults
 
 #: of demand that names no class
@@ -54,5 +55,6 @@ class DriverClass:
         if self.information_interval is not None:
             check_number(self.information_interval, "information_interval", faults, above=0.0)
         for name in ("informed_share", "compliance"):
-            if not 0 <= getattr(self, name) <= 1:
-                faults.add("must lie between 0 and 1", column=name, value=getattr(self, name))
+            share = getattr(self, name)
+            if not isinstance(share, NUMBER) or not 0 <= share <= 1:
+                faults.add("must lie between 0 and 1", column=name, value=share)

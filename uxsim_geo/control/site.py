@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from uxsim_geo.control.timetable import NUMBER
 from uxsim_geo.errors import Faults, InputError
 
 if TYPE_CHECKING:
@@ -210,6 +211,10 @@ def as_ids(chosen: Sequence[str]) -> tuple[str, ...]:
 
 def check_period(begin: float, end: float, duration: float, faults: Faults) -> None:
     """Note what is wrong with a period: it must begin within the run, and end after it began."""
+    for name, value in (("begin", begin), ("end", end)):
+        if not isinstance(value, NUMBER):
+            faults.add("must be a number of seconds", column=name, value=value)
+            return
     if not 0 <= begin < math.inf:
         faults.add("must be a finite time of 0 s or more", column="begin", value=begin)
     elif begin >= duration:
@@ -224,7 +229,7 @@ def check_period(begin: float, end: float, duration: float, faults: Faults) -> N
 
 def check_number(value: Any, name: str, faults: Faults, *, above: float | None = None) -> None:
     """Note a value that is no finite number of 0 or more; or, told so, not above another."""
-    good = isinstance(value, int | float) and math.isfinite(value)
+    good = isinstance(value, NUMBER) and math.isfinite(value)
     if not good or value < 0 or (above is not None and value <= above):
         limit = "of 0 or more" if above is None else f"above {above:g}"
         faults.add(f"must be a finite number {limit}", column=name, value=value)

@@ -7,7 +7,12 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
 from uxsim_geo.errors import Faults
+
+#: what counts as a number, be it from an array
+NUMBER = int | float | np.integer | np.floating
 
 #: a value for all times, or pairs (from when on in s, value)
 Timetable = float | Sequence[tuple[float, float]]
@@ -15,7 +20,7 @@ Timetable = float | Sequence[tuple[float, float]]
 
 def steps_of(timetable: Timetable) -> list[tuple[float, float]]:
     """Return pairs (from when on, value)."""
-    if isinstance(timetable, int | float):
+    if isinstance(timetable, NUMBER):
         return [(0.0, float(timetable))]
     return [(float(time), float(value)) for time, value in timetable]
 
