@@ -349,3 +349,14 @@ def test_one_link_and_one_class_may_be_told_without_a_list() -> None:
     classes = [DriverClass("van"), DriverClass("delivery van")]
     trips = simulate(network(ways), dem, Settings(900), control=[route], classes=classes).trips
     assert (trips["distance_m"] == np.where(trips["class"] == "van", 200, 1000)).all()
+
+
+def test_shares_of_several_routes_are_shares_of_all_drivers() -> None:
+    ways = [link(name, "1", "2", length) for name, length in (("a", 200), ("b", 300), ("c", 400))]
+    routes = [EnforcedRoute("1", "2", (name,), share=0.5) for name in "bc"]
+    dem = demand(("1", "2", 0, 8000, 4000))
+    trips = simulate(network(ways), dem, Settings(9000), control=routes).trips
+    driven = trips["distance_m"].value_counts()
+    assert driven.sum() == 800
+    assert driven.get(200.0, 0) == 0
+    assert driven[300.0] == pytest.approx(400, abs=3 * 0.5 * 800**0.5)

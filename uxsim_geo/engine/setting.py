@@ -80,9 +80,12 @@ class Setting:
         driver = drivers_of_platoons(self.drivers, self.classes, platoons)
         routes = list(platoons.routes)
         route = platoons.route.copy()
-        for number, enforced in enumerate(self.enforced):
-            held = self._held_to(enforced, number, platoons) & (route < 0)
-            route[held] = len(routes)
+        with np.errstate(over="ignore"):  # hashes overflow by design
+            chance = unit(combine(platoons.key, ENFORCED))
+        for enforced in self.enforced:
+            meant = self._meant_by(enforced, platoons) & (route < 0)
+            route[meant & (chance < enforced.share)] = len(routes)
+            chance[meant] -= enforced.share  # the next share is of them all, too
             routes.append(as_ids(enforced.links))
         begin = self._lay_down(routes)
         return Wishes(
@@ -92,10 +95,8 @@ class Setting:
             given=self.given,
         )
 
-    def _held_to(
-        self, enforced: EnforcedRoute, number: int, platoons: Platoons
-    ) -> npt.NDArray[np.bool_]:
-        """Say which platoons drive an enforced route."""
+    def _meant_by(self, enforced: EnforcedRoute, platoons: Platoons) -> npt.NDArray[np.bool_]:
+        """Say of which platoons a share drives an enforced route."""
         names = platoons.node_ids
         here = (names[platoons.origin] == enforced.origin) & (
             names[platoons.destination] == enforced.destination
@@ -103,12 +104,8 @@ class Setting:
         in_time = (platoons.depart >= enforced.begin) & (platoons.depart < enforced.end)
         wanted = as_ids(enforced.classes)
         classes = np.array([not wanted or name in wanted for name in platoons.class_names])
-        with np.errstate(over="ignore"):  # hashes overflow by design
-            chance = unit(combine(combine(platoons.key, ENFORCED), np.uint64(number)))
-        held: npt.NDArray[np.bool_] = (
-            here & in_time & classes[platoons.driver_class] & (chance < enforced.share)
-        )
-        return held
+        meant: npt.NDArray[np.bool_] = here & in_time & classes[platoons.driver_class]
+        return meant
 
     def _lay_down(self, routes: Sequence[Sequence[str]]) -> Ints:
         """Add routes to those given; returns where each of them begins."""
