@@ -160,7 +160,7 @@ def test_figures_are_saved_under_names_that_any_system_takes(
     look.output_data()
     names = {file.name for file in (tmp_path / "out_x").iterdir()}
     pictures = {"tsd_traj_ad_long", "tsd_k_ab", "cumulative_curves_ab", "vehicle_3"}
-    pictures |= {"network_300", "network_average", "mfd_main"}
+    pictures |= {"network1_300", "network_average", "mfd_main"}
     tables = {"basic", "od", "mfd", "link", "link_traffic_state", "vehicles"}
     expected = {f"{name}.png" for name in pictures} | {f"data_{name}.csv" for name in tables}
     assert names == expected | {path.name}

@@ -199,7 +199,7 @@ def test_slips_of_nodes_demand_and_world() -> None:
         ("flow", "-2"),
         ("dest", "a"),
     ]
-    with pytest.raises(InputError, match="give flow in veh/s, or volume"):
+    with pytest.raises(InputError, match="give either flow in veh/s, or volume"):
         world.adddemand("a", "b", 0, 10)
     with pytest.raises(InputError, match=r"no node of that name.*'z'"):
         world.adddemand("a", "z", 0, 10, 1)

@@ -37,7 +37,7 @@ def test_the_merge_runs_as_printed(folder: Path, capsys: pytest.CaptureFixture[s
     assert "810 vehicles, in platoons of 5" in said
     assert "mean speed" in said
     pictures = {path.name for path in (folder / "out").iterdir()}
-    assert {"tsd_traj_link1-link3.png", "mfd.png", "network_1000.png"} <= pictures
+    assert {"tsd_traj_links_link1-link3.png", "mfd.png", "network1_1000.png"} <= pictures
     # 1.05 veh/s want to merge from 400 s on and 0.8 do: 650 s + 100 s + the rest after 1,000 s
     left = world.result.events.loc[world.result.events["link"] == "link3", "exit_s"].dropna()
     busy = np.sort(left[(left > 600) & (left < 1150)])
@@ -54,7 +54,7 @@ def test_a_scenario_in_files_runs_as_printed_and_as_its_tables_do(
         shutil.copy(source, folder / "dat" / source.name)
     world = run("files")
     assert "[528 rows x 10 columns]" in capsys.readouterr().out
-    assert (folder / "outsf" / "anim_network.gif").stat().st_size > 10_000
+    assert (folder / "outsf" / "anim_network0.gif").stat().st_size > 10_000
 
     from uxsim_csv import read_uxsim_demand, read_uxsim_network
 
@@ -106,7 +106,7 @@ def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> N
 def test_importing_all_names_is_light() -> None:
     program = (
         "from uxsim_geo import *; import sys; W = World(print_mode=0);"
-        "print([m for m in ('geopandas', 'matplotlib', 'pyvista') if m in sys.modules])"
+        "print([m for m in ('geopandas', 'matplotlib', 'numba', 'pyvista') if m in sys.modules])"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=REPOSITORY

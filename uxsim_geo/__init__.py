@@ -10,11 +10,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from uxsim_geo.control.drivers import DriverClass
+    from uxsim_geo.control.site import Measure
     from uxsim_geo.demand.demand import Demand
-    from uxsim_geo.engine.simulation import simulate
     from uxsim_geo.errors import InputError
     from uxsim_geo.network.network import Network
-    from uxsim_geo.result import Result
+    from uxsim_geo.result import Progress, Result
     from uxsim_geo.settings import Settings
     from uxsim_geo.version import __version__
     from uxsim_geo.world.world import World
@@ -38,8 +41,41 @@ _HOMES = {
     "Settings": "settings",
     "World": "world.world",
     "__version__": "version",
-    "simulate": "engine.simulation",
 }
+
+
+def simulate(
+    network: Network,
+    demand: Demand,
+    settings: Settings,
+    *,
+    control: Sequence[Measure] = (),
+    classes: Sequence[DriverClass] = (),
+    progress: Callable[[Progress], None] | None = None,
+    sleep: bool = True,
+) -> Result:
+    """Simulate a demand on a network until ``settings.duration``, under some measures of control.
+
+    ``control`` are measures of ``uxsim_geo.control``; ``classes`` the classes of drivers that the
+    demand names. ``progress`` is called about a hundred times with the state of the run.
+    ``sleep`` lets blocked platoons rest until something can change for them; False tries them
+    again in every step, which is slower and gives the same result, to the bit.
+
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, or with the
+    control.
+    """
+    # the engine waits for the first call, so that importing every name from here stays light
+    from uxsim_geo.engine import simulation
+
+    return simulation.simulate(
+        network,
+        demand,
+        settings,
+        control=control,
+        classes=classes,
+        progress=progress,
+        sleep=sleep,
+    )
 
 
 def __getattr__(name: str) -> Any:

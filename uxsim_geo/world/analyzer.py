@@ -10,7 +10,7 @@ import pandas as pd
 from uxsim_geo.analysis.network_states import network_states
 from uxsim_geo.analysis.samples import cells_of_link
 from uxsim_geo.analysis.summary import summary
-from uxsim_geo.world import printing, tables
+from uxsim_geo.world import pictures, printing, tables
 from uxsim_geo.world.figures import Figures
 
 
@@ -67,7 +67,7 @@ class Analyzer(Figures):
 
     def output_data(self, fname: str | None = None) -> None:
         """Write all tables to CSV files whose names begin with ``fname``."""
-        begin = Path(fname) if fname is not None else self._folder / "data"
+        begin = Path(fname) if fname is not None else pictures.folder(self.W) / "data"
         begin.parent.mkdir(parents=True, exist_ok=True)
         for name, table in (
             ("basic", self.basic_to_pandas()),

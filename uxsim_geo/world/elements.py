@@ -6,14 +6,15 @@ it runs is written to the levers of control.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from uxsim_geo.errors import Faults, InputError
-from uxsim_geo.world import values
+from uxsim_geo.world import options, values
 
 if TYPE_CHECKING:
-    from uxsim_geo.world.building import Scenario
+    from uxsim_geo.world.roads import Roads
     from uxsim_geo.world.run import Run
 
 
@@ -24,8 +25,10 @@ class Element:
 
     #: what is told when it is added, and stays
     FIXED = frozenset({"W", "id", "name"})
+    #: names that UXsim's users may look for, and what there is instead
+    INSTEAD: Mapping[str, str] = MappingProxyType({})
 
-    def __init__(self, world: Scenario, name: str, number: int, own: dict[str, Any]) -> None:
+    def __init__(self, world: Roads, name: str, number: int, own: dict[str, Any]) -> None:
         self.W = world
         self.name = name
         self.id = number
@@ -43,6 +46,11 @@ class Element:
             what = "can be read but not set" if known else "is nothing that it has"
             advice = "" if known else "; data of your own belong into user_attribute"
             raise AttributeError(f"{self!r}: {name} {what}{advice}") from None
+
+    def __getattr__(self, name: str) -> Any:
+        # slots that are not filled yet come here too, and are no attributes then
+        kind = type(self).__name__
+        raise AttributeError(options.absent(kind, name, dir(type(self)), self.INSTEAD))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}>"

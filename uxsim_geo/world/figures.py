@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.network_states import network_states
 from uxsim_geo.analysis.samples import Samples, cells_of_link
-from uxsim_geo.world import options
+from uxsim_geo.errors import Faults
+from uxsim_geo.world import pictures, values
 from uxsim_geo.world.links import Link
 from uxsim_geo.world.sight import AnyLink, Sight
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-#: letters of a file's name; file systems take some 255 bytes
-LONGEST_NAME = 120
-
-#: looks of UXsim's maps that are passed over: these maps are drawn in one way
-LOOKS = frozenset(
-    {"antialiasing", "detailed", "figsize", "legend", "legend_outside", "left_handed"}
-    | {"maxwidth", "minwidth", "network_font_size", "node_size", "state_variables"}
-    | {"trace_length"}
-)
+    from matplotlib.figure import Figure as Figure
 
 
 class Figures(Sight):
@@ -53,7 +45,7 @@ class Figures(Sight):
         """Draw the trajectories along links that follow one another; several such rows if given."""
         single = all(isinstance(one, Link | str) for one in linkslist)
         rows: Any = [linkslist] if single else linkslist
-        return self._routes([self._links(row) for row in rows], figsize)
+        return self._routes([_joined(self._links(row, least=1)) for row in rows], figsize)
 
     def time_space_diagram_density(
         self,
@@ -68,7 +60,7 @@ class Figures(Sight):
             edges = self._cell_edges(link)
             cells = cells_of_link(self._passages, self._samples, link.id, edges)
             figure = density_figure(cells, link.name, link.jam_density, figsize)
-            figures.append(self._finish(figure, f"tsd_k_{link.name}"))
+            figures.append(pictures.finish(self.W, figure, f"tsd_k_{link.name}"))
         return figures
 
     def cumulative_curves(
@@ -81,7 +73,8 @@ class Figures(Sight):
 
         duration = self._result.settings.duration
         return [
-            self._finish(
+            pictures.finish(
+                self.W,
                 cumulative_figure(self._network, self._passages, link.name, duration, figsize),
                 f"cumulative_curves_{link.name}",
             )
@@ -102,7 +95,7 @@ class Figures(Sight):
 
         network, states = self._network, self._states
         if links is not None:
-            names = [link.name for link in self._links(links)]
+            names = [link.name for link in self._links(links, least=1)]
             chosen = network.links["link_id"].isin(names)
             network = replace(network, links=network.links[chosen])
             states = states[states["link_id"].isin(names)]
@@ -110,14 +103,17 @@ class Figures(Sight):
         figure = mfd_figure(network_states(network, states), title)
         if figsize is not None:
             figure.set_size_inches(figsize)
-        return self._finish(figure, f"mfd{fname}")
+        return pictures.finish(self.W, figure, f"mfd{fname}")
 
-    def network(self, t: float | None = None, **looks: Any) -> Figure:
-        """Draw a map of the time bin in which ``t`` (s) lies; None: of where it stands now."""
+    def network(self, t: float | None = None, detailed: int = 1, **looks: Any) -> Figure:
+        """Draw a map of the time bin in which ``t`` (s) lies; None: of where it stands now.
+
+        Links are drawn as a whole; ``detailed`` makes part of the file's name alone.
+        """
         from uxsim_geo.export.plots import network_state_figure
 
-        self._check_looks(looks)
-        time = self._result.settings.duration if t is None else t
+        pictures.check_looks(looks)
+        time = self._result.settings.duration if t is None else _checked("t", t)
         states = self._states.copy()
         here = states[(states["begin_s"] <= time) & (time < states["end_s"])]
         if here.empty:
@@ -131,16 +127,18 @@ class Figures(Sight):
             volume="vehicles on the link",
             period="in this time",
         )
-        return self._finish(figure, f"network_{time:g}")
+        return pictures.finish(self.W, figure, f"network{detailed}_{time:g}")
 
     def network_average(self, **looks: Any) -> Figure:
         """Draw a map of the whole run: volumes, and speeds."""
         from uxsim_geo.export.plots import network_state_figure
 
-        self._check_looks(looks)
+        pictures.check_looks(looks)
         totals = link_totals(self._network, self._states)
         title = f"{self.W.name or 'network'}: 0 to {self._result.settings.duration:,.0f} s"
-        return self._finish(network_state_figure(self._network, totals, title), "network_average")
+        return pictures.finish(
+            self.W, network_state_figure(self._network, totals, title), "network_average"
+        )
 
     def plot_vehicle_log(self, vehname: str | int) -> Figure:
         """Draw the speed of a platoon over time and the links it drove.
@@ -151,25 +149,28 @@ class Figures(Sight):
 
         row, duration = self._row_of_vehicle(vehname), self._result.settings.duration
         figure = vehicle_figure(self._network, self._passages, self._samples, row, duration)
-        return self._finish(figure, f"vehicle_{vehname}")
+        return pictures.finish(self.W, figure, f"vehicle_{vehname}")
 
     def network_anim(
         self,
         animation_speed_inverse: float = 10,
+        detailed: int = 0,
         timestep_skip: int = 24,
         file_name: str | None = None,
         **looks: Any,
     ) -> Path:
         """Write a moving map of the links: one frame every ``timestep_skip`` time steps.
 
-        A frame lasts ``animation_speed_inverse`` ms for each of them.
+        A frame lasts ``animation_speed_inverse`` ms for each of them. ``detailed`` makes part of
+        the file's name alone.
         """
         from uxsim_geo.export.animations import animate_links
 
-        self._check_looks(looks)
-        path = self._path_of(file_name, "anim_network.gif")
-        states = self._states_of_bins(timestep_skip * self.W.DELTAT)
-        frame_ms = animation_speed_inverse * timestep_skip
+        pictures.check_looks(looks)
+        path = self._path_of(file_name, f"anim_network{detailed}.gif")
+        skip = _checked("timestep_skip", timestep_skip, above=0.0)
+        frame_ms = _checked("animation_speed_inverse", animation_speed_inverse, above=0.0) * skip
+        states = self._states_of_bins(skip * self.W.DELTAT)
         animate_links(self._network, states, path, frame_ms)
         return path
 
@@ -188,13 +189,16 @@ class Figures(Sight):
         """
         from uxsim_geo.export.animations import animate_vehicles
 
-        self._check_looks(looks)
+        pictures.check_looks(looks)
         path = self._path_of(file_name, "anim_network_fancy.gif")
-        every = interval * self.W.DELTAT
+        every = _checked("interval", interval, above=0.0) * self.W.DELTAT
+        ratio = _checked("sample_ratio", sample_ratio, above=0.0)
+        speed = _checked("animation_speed_inverse", animation_speed_inverse, above=0.0)
         samples = Samples.of(self._passages, every, self._result.settings.duration)
-        # of every ten platoons in a row as many as the ratio says
-        shown = (self._passages.vehicle[samples.row] % 10) < round(10 * sample_ratio)
-        frame_ms = animation_speed_inverse * speed_coef
+        # evenly as the platoons depart: those at which the sum of ratios comes to the next whole
+        vehicle = self._passages.vehicle[samples.row]
+        shown = np.floor((vehicle + 1) * ratio) > np.floor(vehicle * ratio)
+        frame_ms = speed * _checked("speed_coef", speed_coef, above=0.0)
         animate_vehicles(self._network, self._passages, samples.where(shown), path, frame_ms)
         return path
 
@@ -208,27 +212,30 @@ class Figures(Sight):
         for route in routes:
             names = [link.name for link in route]
             figure = trajectories_figure(self._network, self._passages, names, duration, figsize)
-            figures.append(self._finish(figure, f"tsd_traj_{'-'.join(names)}"))
+            kind = "tsd_traj_links" if len(names) > 1 else "tsd_traj"
+            figures.append(pictures.finish(self.W, figure, f"{kind}_{'-'.join(names)}"))
         return figures
 
-    def _check_looks(self, looks: dict[str, Any]) -> None:
-        for name in looks:
-            if name not in LOOKS:
-                raise TypeError(options.absent("a map", name, LOOKS))
-
-    def _finish(self, figure: Figure, name: str) -> Figure:
-        """Save and show a figure, as the world says."""
-        from uxsim_geo.export.plots import save_figure
-
-        if self.W.save_mode:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            safe = "".join(sign if sign.isalnum() or sign in "-_." else "_" for sign in name)
-            save_figure(figure, self._folder / f"{safe[:LONGEST_NAME]}.png")
-        if self.W.show_mode and "IPython" in sys.modules:
-            import_module("IPython.display").display(figure)
-        return figure
-
     def _path_of(self, file_name: str | None, name: str) -> Path:
-        path = self._folder / name if file_name is None else Path(file_name)
+        path = pictures.folder(self.W) / name if file_name is None else Path(file_name)
         path.parent.mkdir(parents=True, exist_ok=True)
         return path
+
+
+def _checked(name: str, value: float, *, above: float | None = None) -> float:
+    """Return a number, 0 or more, or more than ``above``; raises InputError where it is none."""
+    faults = Faults("picture")
+    found = values.number(faults, name, value, above=above)
+    faults.raise_if_any()
+    return found
+
+
+def _joined(links: list[Link]) -> list[Link]:
+    """Return links that follow one another; raises InputError where they do not."""
+    faults = Faults("links of a diagram")
+    for before, link in pairwise(links):
+        if link.start_node is not before.end_node:
+            what = f"begins at node {link.start_node.name}, but {before.name} ends at "
+            faults.add(f"{what}{before.end_node.name}", column="link", value=link.name)
+    faults.raise_if_any()
+    return links

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.world import values
-from uxsim_geo.world.elements import Element
+from uxsim_geo.world.link_state import LinkState
 from uxsim_geo.world.nodes import Node
 from uxsim_geo.world.values import Pricing
 
 if TYPE_CHECKING:
-    from uxsim_geo.world.building import Scenario
+    from uxsim_geo.world.roads import Roads
 
 #: veh/m of one lane, where a link is given none
 JAM_DENSITY = 0.2
 
 
-class Link(Element):
+class Link(LinkState):
     """A link: one direction of a road."""
 
     __slots__ = (
@@ -28,15 +29,26 @@ class Link(Element):
         "_jam_density_per_lane",
         "_merge_priority",
         "_number_of_lanes",
+        "_route_choice_penalty",
         "_signal_group",
         "end_node",
         "length",
         "start_node",
     )
 
-    FIXED = Element.FIXED | {"end_node", "length", "start_node"}
+    FIXED = LinkState.FIXED | {"end_node", "length", "start_node"}
+    INSTEAD = MappingProxyType(
+        {
+            "kappa": "jam_density",
+            "q_star": "capacity",
+            "traveltime_actual": "actual_travel_time(t)",
+            "traveltime_instant": "instant_travel_time()",
+            "u": "free_flow_speed",
+            "vehicles": "num_vehicles counts those on it; W.VEHICLES_RUNNING has all",
+        }
+    )
 
-    def __init__(self, world: Scenario, name: str, number: int, told: dict[str, Any]) -> None:
+    def __init__(self, world: Roads, name: str, number: int, told: dict[str, Any]) -> None:
         super().__init__(world, name, number, told)
         faults = self._faults()
         self.start_node: Node = told["start_node"]
@@ -57,6 +69,7 @@ class Link(Element):
         self._capacity_out = values.capacity(faults, "capacity_out", told["capacity_out"])
         self._capacity_in = values.capacity(faults, "capacity_in", told["capacity_in"])
         self._congestion_pricing = values.pricing(faults, told["congestion_pricing"])
+        self._route_choice_penalty = 0.0
         faults.raise_if_any()
 
     @property
@@ -175,6 +188,17 @@ class Link(Element):
         faults = self._faults()
         self._set("_congestion_pricing", values.pricing(faults, value), faults)
 
+    @property
+    def route_choice_penalty(self) -> float:
+        """Toll at all times, s of travel time; without effect where there is congestion_pricing."""
+        return self._route_choice_penalty
+
+    @route_choice_penalty.setter
+    def route_choice_penalty(self, value: float) -> None:
+        faults = self._faults()
+        found = values.number(faults, "route_choice_penalty", value)
+        self._set("_route_choice_penalty", found, faults)
+
     def change_free_flow_speed(self, new_value: float) -> None:
         """Set :attr:`free_flow_speed`."""
         self.free_flow_speed = new_value
@@ -186,44 +210,11 @@ class Link(Element):
     def get_toll(self, t: float) -> float:
         """Return the toll at a time, s of travel time; raises InputError where it is no toll."""
         if self._congestion_pricing is None:
-            return 0.0
+            return self._route_choice_penalty
         faults = self._faults()
         found = values.number(faults, f"congestion_pricing({t:g})", self._congestion_pricing(t))
         faults.raise_if_any()
         return found
-
-    @property
-    def num_vehicles(self) -> float:
-        """Vehicles on the link now."""
-        return 0.0 if self._run is None else float(self._run.traffic.count[self.id])
-
-    @property
-    def num_vehicles_queue(self) -> float:
-        """Vehicles that stand on the link now."""
-        return 0.0 if self._run is None else float(self._run.traffic.queue[self.id])
-
-    @property
-    def density(self) -> float:
-        """Vehicles on the link now per metre of it, all lanes together, veh/m."""
-        return self.num_vehicles / self.length
-
-    @property
-    def speed(self) -> float:
-        """Mean speed of the vehicles on the link now, m/s; free speed where there are none."""
-        run = self._run
-        return self._free_flow_speed if run is None else float(run.traffic.speed[self.id])
-
-    @property
-    def flow(self) -> float:
-        """Density times speed, veh/s."""
-        return self.density * self.speed
-
-    def instant_travel_time(self) -> float:
-        """Length over present mean speed, s; that speed counts 1 % of free speed at least."""
-        run = self._run
-        if run is None:
-            return self.length / self._free_flow_speed
-        return float(run.traffic.travel_time[self.id])
 
     def _set(self, name: str, value: object, faults: Faults) -> None:
         faults.raise_if_any()

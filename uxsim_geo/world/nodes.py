@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from uxsim_geo.errors import Faults
@@ -11,8 +12,8 @@ from uxsim_geo.world.elements import Element
 from uxsim_geo.world.signal_clock import SignalClock
 
 if TYPE_CHECKING:
-    from uxsim_geo.world.building import Scenario
     from uxsim_geo.world.links import Link
+    from uxsim_geo.world.roads import Roads
 
 
 class Node(Element):
@@ -21,8 +22,15 @@ class Node(Element):
     __slots__ = ("_clock", "_flow_capacity", "inlinks", "outlinks", "x", "y")
 
     FIXED = Element.FIXED | {"inlinks", "outlinks", "x", "y"}
+    INSTEAD = MappingProxyType(
+        {
+            "generation_queue": "num_vehicles_waiting counts those who wait to enter the network",
+            "incoming_vehicles": "num_vehicles_queue of its inlinks counts who stands before it",
+            "signal_intervals": "signal holds the durations of the phases",
+        }
+    )
 
-    def __init__(self, world: Scenario, name: str, number: int, told: dict[str, Any]) -> None:
+    def __init__(self, world: Roads, name: str, number: int, told: dict[str, Any]) -> None:
         super().__init__(world, name, number, told)
         faults = self._faults()
         self.x = values.number(faults, "x", told["x"], least=-math.inf)
@@ -39,6 +47,15 @@ class Node(Element):
         faults.raise_if_any()
         if durations:
             self._clock = SignalClock(durations, offset)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # links lead from node to node for ever: the world ties them to their nodes again
+        names = {name for kind in type(self).__mro__ for name in getattr(kind, "__slots__", ())}
+        return {name: getattr(self, name) for name in sorted(names - {"inlinks", "outlinks"})}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            setattr(self, name, value)
 
     @property
     def signal(self) -> tuple[float, ...]:
@@ -140,9 +157,9 @@ class Node(Element):
             self._run.write_node(self)
 
     @property
-    def num_vehicles_waiting(self) -> float:
+    def num_vehicles_waiting(self) -> int:
         """Vehicles that have left home here and wait to enter the network."""
-        return 0.0 if self._run is None else float(self._run.traffic.waiting[self.id])
+        return 0 if self._run is None else round(self._run.traffic.waiting[self.id])
 
     def _clock_of(self, faults: Faults, name: str) -> SignalClock:
         if self._clock is None:

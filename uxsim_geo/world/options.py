@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import difflib
+import math
 import secrets
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Literal
 
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.settings import Settings
+from uxsim_geo.world import values
 
 #: UXsim's arguments that change nothing here, and why
 WITHOUT_EFFECT = {
@@ -36,6 +39,12 @@ ARGUMENTS = {
     "route_update_gradual": "route_choice_update_gradual",
 }
 
+#: settings that are numbers
+NUMBERS = frozenset(
+    {"duration", "logit_spread", "reaction_time", "route_noise"}
+    | {"route_update_interval", "route_update_weight"}
+)
+
 _SEEDS = 2**31
 
 
@@ -46,6 +55,13 @@ def check_others(others: Mapping[str, Any], known: list[str]) -> None:
             near = difflib.get_close_matches(name, [*known, *WITHOUT_EFFECT], n=1)
             advice = f"; did you mean {near[0]}?" if near else ""
             raise TypeError(f"World has no argument {name}{advice}")
+
+
+def refuse_others(function: str, others: Iterable[str]) -> None:
+    """Raise TypeError for an argument that a function does not have, with what there is instead."""
+    for name in others:
+        advice = f": {INSTEAD_OF_ARGUMENTS[name]}" if name in INSTEAD_OF_ARGUMENTS else ""
+        raise TypeError(f"{function} has no argument {name}{advice}")
 
 
 def check_principle(principle: str) -> None:
@@ -62,6 +78,10 @@ def seed_of(random_seed: Any) -> Any:
 
 def settings_of(told: Mapping[str, Any]) -> Settings:
     """Return settings; raises InputError in the words of the arguments."""
+    faults = Faults("World")
+    for name in sorted(NUMBERS & told.keys()):
+        values.number(faults, ARGUMENTS.get(name, name), told[name], least=-math.inf)
+    faults.raise_if_any()
     try:
         return Settings(**{**told, "platoon_size": _whole(told["platoon_size"])})
     except InputError as error:
@@ -99,12 +119,8 @@ Rounding = Literal["conserve", "truncate"]
 
 #: names that UXsim's users may look for, and what there is instead
 INSTEAD = {
-    "VEHICLES": "vehicles are rows of result.trips; addVehicle returns those added one by one",
-    "VEHICLES_RUNNING": "vehicles are rows of result.trips, with their status",
-    "VEHICLES_LIVING": "vehicles are rows of result.trips, with their status",
     "load_scenario": "such files are pickles, which can run code: use load_scenario_from_csv",
     "save_scenario": "network and result are tables: save those",
-    "copy": "build a world again by a function: the same seed gives the same bytes",
     "save": "network and result are tables: save those",
     "defRoute": "a route is a list of links: addVehicle(..., route=[...])",
     "adddemand_area2area": "call adddemand for pairs of get_nodes_in_area: nothing is cut here",
@@ -112,15 +128,30 @@ INSTEAD = {
     "adddemand_nodes2nodes": "call adddemand for every pair: nothing is cut here",
     "adddemand_nodes2nodes2": "call adddemand for every pair: nothing is cut here",
     "adddemand_point2point": "call adddemand for two of get_nearest_node",
-    "show_network": "analyzer.network_average() draws the network",
     "ADJ_MAT": "network.links holds both end nodes of every link",
     "ROUTECHOICE": "route choice is set by the arguments of World",
 }
 
+_ROUTE = "give the whole route=[...]; or let simulate(..., control=[Advice(...)]) advise"
 
-def absent(kind: str, name: str, known: Iterable[str]) -> str:
+#: arguments of UXsim's addVehicle, and what there is instead
+INSTEAD_OF_ARGUMENTS = {
+    "attribute": "data of your own belong into user_attribute",
+    "departure_time_is_time_step": "departure_time is in s: multiply the step by DELTAT",
+    "links_avoid": _ROUTE,
+    "links_prefer": _ROUTE,
+    "mode": "every vehicle makes one trip; add another for the way on",
+    "route_choice_principle": "route choice is set by the arguments of World",
+    "trip_abort": "who comes to a dead end ends the trip there",
+    "user_function": "give one to World, which can look at its VEHICLES",
+}
+
+
+def absent(
+    kind: str, name: str, known: Iterable[str], instead: Mapping[str, str] = MappingProxyType({})
+) -> str:
     """Say that something has no such attribute, and what may be meant."""
-    if name in INSTEAD:
-        return f"{kind} has no {name}: {INSTEAD[name]}"
+    if name in instead:
+        return f"{kind} has no {name}: {instead[name]}"
     near = difflib.get_close_matches(name, [one for one in known if one[0] != "_"], n=1)
     return f"{kind} has no {name}" + (f"; did you mean {near[0]}?" if near else "")

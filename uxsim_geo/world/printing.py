@@ -12,12 +12,13 @@ if TYPE_CHECKING:
 def print_scenario(world: World, vehicles: float) -> None:
     """Print what is about to be simulated."""
     length = math.fsum(link.length * link.number_of_lanes for link in world.LINKS)
+    duration = "to the end of demand" if world.TMAX is None else f"{world.TMAX:,g} s"
     rows = [
         ("scenario", world.name or "(no name)"),
         ("network", f"{len(world.NODES)} nodes, {len(world.LINKS)} links"),
         ("road", f"{length / 1000:,.1f} km of lane"),
         ("demand", f"{vehicles:,.0f} vehicles, in platoons of {world.DELTAN}"),
-        ("duration", f"{world.TMAX:,g} s, in steps of {world.DELTAT:g} s"),
+        ("duration", f"{duration}, in steps of {world.DELTAT:g} s"),
         ("random_seed", str(world.random_seed)),
     ]
     for name, value in rows:

@@ -104,8 +104,9 @@ class Run:
         levers.merge_priority[place] = link.merge_priority
         if link.congestion_pricing is not None:
             self._priced[place] = link
-        elif self._priced.pop(place, None):
-            levers.toll[place] = 0.0
+        else:
+            self._priced.pop(place, None)
+            levers.toll[place] = link.route_choice_penalty
 
     def follow_clock(self, node: Node) -> None:
         """Let a signal show what its clock says, which no longer follows its plan."""

@@ -18,7 +18,7 @@ from uxsim_geo.network.network import Network
 if TYPE_CHECKING:
     from uxsim_geo.world.links import Link
     from uxsim_geo.world.nodes import Node
-    from uxsim_geo.world.vehicles import Vehicle
+    from uxsim_geo.world.vehicles import AddedVehicle
 
 
 class DemandRow(NamedTuple):
@@ -89,7 +89,7 @@ def demand_of(rows: Iterable[DemandRow]) -> Demand:
     return Demand(pd.DataFrame(rows, columns=list(DemandRow._fields)))
 
 
-def demand_of_vehicles(vehicles: Iterable[Vehicle], platoon_size: int) -> Demand:
+def demand_of_vehicles(vehicles: Iterable[AddedVehicle], platoon_size: int) -> Demand:
     """Vehicles that were added one by one as a demand: each a platoon, in a moment of its own.
 
     A demand without other rows of the same pair is cut into just these platoons again, since the
@@ -109,9 +109,9 @@ def demand_of_vehicles(vehicles: Iterable[Vehicle], platoon_size: int) -> Demand
     return Demand(pd.DataFrame(rows, columns=[*DemandRow._fields, "route"]))
 
 
-def rounds_of(vehicles: Iterable[Vehicle]) -> list[list[Vehicle]]:
+def rounds_of(vehicles: Iterable[AddedVehicle]) -> list[list[AddedVehicle]]:
     """Part vehicles such that no two of a part have both ends and the departure in common."""
-    rounds: list[list[Vehicle]] = []
+    rounds: list[list[AddedVehicle]] = []
     met: Counter[tuple[str, str, float]] = Counter()
     for vehicle in vehicles:
         if met[vehicle.moment] == len(rounds):

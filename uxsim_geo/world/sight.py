@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.link_states import bin_edges, link_times
+from uxsim_geo.analysis.link_states import bin_edges, states_of_passages
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import Samples
+from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.world import options
 from uxsim_geo.world.elements import unknown
 from uxsim_geo.world.links import Link
@@ -53,25 +53,27 @@ class Sight:
         return self._states_of_bins(self.W.EULAR_DT)
 
     def _states_of_bins(self, bin_s: float) -> pd.DataFrame:
-        result = self._result
-        longest = result.settings.duration
-        return link_times(
-            self._network, result.events, result.trips, result.settings, min(bin_s, longest)
-        )
+        longest = self._result.settings.duration
+        return states_of_passages(self._network, self._passages, longest, min(bin_s, longest))
 
     @cached_property
     def _passages(self) -> Passages:
         result = self._result
-        return Passages.of(self._network, result.events, result.trips, result.settings)
+        return Passages.of(
+            self._network, result.events, result.trips, result.settings, result.speed_limits
+        )
 
     @cached_property
     def _samples(self) -> Samples:
         return Samples.of(self._passages, self.W.DELTAT, self._result.settings.duration)
 
-    def _links(self, links: AnyLink | Iterable[AnyLink] | None) -> list[Link]:
+    def _links(self, links: AnyLink | Iterable[AnyLink] | None, *, least: int = 0) -> list[Link]:
+        """Give links, or all; raises InputError for one that is not there, or fewer than least."""
         if links is None:
             return self.W.LINKS
         chosen = [links] if isinstance(links, Link | str) else list(links)
+        if len(chosen) < least:
+            raise InputError([Fault("there is none: name at least one", column="links")])
         return [self.W.get_link(link) for link in chosen]
 
     def _cell_edges(self, link: Link) -> tuple[Any, Any]:
@@ -81,10 +83,6 @@ class Sight:
         cells = max(1, int(link.length // longest))
         bins = bin_edges(duration, min(self.W.EULAR_DT, duration))
         return bins, np.linspace(0.0, link.length, cells + 1)
-
-    @property
-    def _folder(self) -> Path:
-        return Path(f"out{self.W.name}")
 
     def _row_of_vehicle(self, name: str | int) -> int:
         """Give the row of the trips of a vehicle added by name, or of a row given as such."""

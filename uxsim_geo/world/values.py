@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from uxsim_geo.errors import Faults
 
 #: s after the start -> what driving a link costs then, s of travel time
@@ -69,7 +71,7 @@ def signal_group(faults: Faults, value: Any) -> tuple[int, ...]:
     """Return the phases in which a link has green."""
     groups = list(value) if isinstance(value, Sequence) else [value]
     for group in groups:
-        if isinstance(group, str) or int(group) != group or group < 0:
+        if not isinstance(group, int | float | np.integer) or int(group) != group or group < 0:
             what = "must be the number of a phase, counted from 0, or a list of such"
             faults.add(what, column="signal_group", value=repr(value))
             return (0,)

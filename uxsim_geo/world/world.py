@@ -7,6 +7,7 @@ script sets meanwhile goes through the levers of :mod:`uxsim_geo.control`.
 
 from __future__ import annotations
 
+import copy
 import inspect
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 from uxsim_geo.errors import Faults
 from uxsim_geo.settings import Settings
 from uxsim_geo.world import options, printing, values
-from uxsim_geo.world.building import ROUNDING, Scenario
+from uxsim_geo.world.building import Scenario
+from uxsim_geo.world.roads import ROUNDING
 from uxsim_geo.world.scenario import (
     demand_of,
     demand_of_vehicles,
@@ -26,8 +28,11 @@ from uxsim_geo.world.scenario import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from uxsim_geo.network.network import Network
     from uxsim_geo.world.analyzer import Analyzer
+    from uxsim_geo.world.figures import Figure
     from uxsim_geo.world.run import Run
 
 #: s: without tmax a run ends at a multiple of this, with one more after the last departure
@@ -140,6 +145,7 @@ class World(Scenario):
         self.show_progress_deltat = report
         self._network: Network | None = None
         self._analyzer: Analyzer | None = None
+        self._rng: np.random.Generator | None = None
 
     def __repr__(self) -> str:
         return f"<World {self.name}>"
@@ -149,13 +155,13 @@ class World(Scenario):
             if hasattr(type(self), name):
                 raise AttributeError(f"World: {name} can be read but not set")
             raise AttributeError(
-                options.absent("World", name, self.SETTABLE)
+                options.absent("World", name, self.SETTABLE, options.INSTEAD)
                 + "; data of your own belong into user_attribute"
             )
         object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(options.absent("World", name, dir(type(self))))
+        raise AttributeError(options.absent("World", name, dir(type(self)), options.INSTEAD))
 
     @property
     def analyzer(self) -> Analyzer:
@@ -181,6 +187,15 @@ class World(Scenario):
             self._network = with_geometry(tables)
         return self._network
 
+    @property
+    def rng(self) -> np.random.Generator:
+        """Random numbers for the script, from ``random_seed``; the simulation draws its own."""
+        import numpy as np
+
+        if self._rng is None:
+            self._rng = np.random.default_rng(self.random_seed)
+        return self._rng
+
     def finalize_scenario(self, tmax: float | None = None) -> None:
         """Make the scenario ready to run; :meth:`exec_simulation` does it where it is not.
 
@@ -195,7 +210,7 @@ class World(Scenario):
         self._run = self._start()
         self._hand_over(self._run)
         if self.print_mode:
-            printing.print_scenario(self, self._vehicles_told)
+            self.print_scenario_stats()
 
     def exec_simulation(
         self,
@@ -226,13 +241,35 @@ class World(Scenario):
         """Whether the simulation has not come to its end."""
         return self._run is None or not self._run.simulation.finished
 
-    def on_time(self, time: float) -> bool:
-        """Whether the time step under way is that in which a time (s) lies."""
-        return self.T == int(time / self.DELTAT + ROUNDING)
+    def copy(self) -> World:
+        """Return a world with the same scenario, to be changed and simulated by itself.
+
+        Raises TypeError once the scenario is final.
+        """
+        return copy.deepcopy(self)
 
     def change_print_mode(self, print_mode: int) -> None:
         """Print what happens, or do not."""
         self.print_mode = print_mode
+
+    def print_scenario_stats(self) -> None:
+        """Print what has been added, and how it is simulated."""
+        printing.print_scenario(self, self._vehicles_told)
+
+    def show_network(
+        self, *, figsize: tuple[float, float] = (6, 6), network_font_size: float = 10, **looks: Any
+    ) -> Figure:
+        """Draw the network with the names of its nodes and links; size in inches, in points.
+
+        The figure is saved and shown as those of :attr:`analyzer`.
+        """
+        from uxsim_geo.export.plots import network_figure
+        from uxsim_geo.world import pictures
+
+        pictures.check_looks(looks)
+        title = self.name or "network"
+        figure = network_figure(self.network, title, size=figsize, font_size=network_font_size)
+        return pictures.finish(self, figure, "network")
 
     def _start(self) -> Run:
         """Hand the scenario to the engine."""
