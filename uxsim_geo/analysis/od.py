@@ -11,7 +11,7 @@ import pandas as pd
 from uxsim_geo.analysis.bins import bin_of, checked_bin_edges
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.passages import Floats, Integers
-from uxsim_geo.analysis.subsets import chosen_vehicles, node_rows
+from uxsim_geo.analysis.subsets import chosen_vehicles, names_of, node_rows
 from uxsim_geo.analysis.trips import trip_summary
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -34,8 +34,8 @@ def od_table(
     the order of the nodes table), class (in that of its categories) and departure. A platoon
     counts by its vehicles; all but the counts and the total are means per vehicle. Columns:
 
-    origin, destination (node_id)
-    class
+    origin, destination (node_id, categorical)
+    class (categorical)
         with ``by_class``
     begin_s, end_s
         with ``bin_s``: the slice of the wish to depart; who wanted to depart after the end of the
@@ -68,12 +68,13 @@ def od_table(
     keys += [classes.codes.astype(np.int64)] if by_class else []
     keys += [] if edges is None else [_slices(trips, edges)]
     groups = Groups.of(*keys)
-    nodes = network.nodes["node_id"].astype(str).to_numpy()
-    names: dict[str, npt.NDArray[Any]] = {}
-    names |= {"origin": nodes[groups.keys[0]], "destination": nodes[groups.keys[1]]}
-    names |= (
-        {"class": classes.categories.astype(str).to_numpy()[groups.keys[2]]} if by_class else {}
-    )
+    ids = network.nodes["node_id"]
+    names: dict[str, Any] = {
+        "origin": names_of(groups.keys[0], ids),
+        "destination": names_of(groups.keys[1], ids),
+    }
+    if by_class:
+        names["class"] = pd.Categorical.from_codes(groups.keys[2], dtype=classes.dtype)
     if edges is not None:
         slice_ = groups.keys[-1]
         names |= {"begin_s": edges[slice_], "end_s": np.append(edges[1:], np.inf)[slice_]}

@@ -11,7 +11,7 @@ import pandas as pd
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.passages import Integers
-from uxsim_geo.analysis.subsets import Booleans, link_rows, named_rows, node_rows
+from uxsim_geo.analysis.subsets import Booleans, link_rows, named_rows, names_of, node_rows
 from uxsim_geo.demand.loading import zone_nodes
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
@@ -161,11 +161,11 @@ def _pair_flows(result: Result, network: Network, is_user: Booleans) -> pd.DataF
     ends: list[Integers] = [node_rows(result, network, end) for end in ("origin", "destination")]
     groups, weight = Groups.of(*ends), result.trips["vehicles"].to_numpy(float)
     own, everybody = groups.total(weight * is_user), groups.total(weight)
-    nodes = network.nodes["node_id"].astype(str).to_numpy()
+    ids = network.nodes["node_id"]
     table = pd.DataFrame(
         {
-            "origin": nodes[groups.keys[0]],
-            "destination": nodes[groups.keys[1]],
+            "origin": names_of(groups.keys[0], ids),
+            "destination": names_of(groups.keys[1], ids),
             "user_vehicles": own,
             "vehicles": everybody,
             "share": ratio(own, everybody),

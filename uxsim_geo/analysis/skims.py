@@ -13,7 +13,7 @@ from uxsim_geo.analysis.bins import bin_of, checked_bin_edges
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.link_states import states_of_passages
 from uxsim_geo.analysis.passages import Floats, Integers, Passages
-from uxsim_geo.analysis.subsets import named_rows, node_rows
+from uxsim_geo.analysis.subsets import named_rows, names_of, node_rows
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -205,9 +205,8 @@ def _long_form(
     end = np.tile(np.repeat(ends[1], slices), origins)
     slice_ = np.tile(np.arange(slices), origins * destinations)
     apart = start != end
-    ids = pd.Index(network.nodes["node_id"].astype(str))
     names = {
-        name: pd.Categorical.from_codes(rows[apart], categories=ids)
+        name: names_of(rows[apart], network.nodes["node_id"])
         for name, rows in (("origin", start), ("destination", end))
     }
     slice_ = slice_[apart]

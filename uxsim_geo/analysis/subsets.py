@@ -71,6 +71,11 @@ def link_rows(result: Result, network: Network) -> Integers:
     return np.asarray(link.codes, np.int64)
 
 
+def names_of(rows: Integers, ids: pd.Series) -> pd.Categorical[str]:
+    """The ids of rows of the nodes or links table, as categories in the order of that table."""
+    return pd.Categorical.from_codes(rows, categories=pd.Index(ids.astype(str)))
+
+
 def node_rows(result: Result, network: Network, end: str) -> Integers:
     """The row of the nodes table of every trip's ``end``: origin or destination.
 

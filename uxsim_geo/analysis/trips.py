@@ -125,6 +125,9 @@ def free_time_of_the_driven(result: Result, network: Network) -> Floats:
 
 
 def driving_order(events: pd.DataFrame) -> Integers:
-    """Rows of the events by vehicle and then by entry."""
-    vehicle, enter = events["vehicle"].to_numpy(), events["enter_s"].to_numpy(float)
-    return np.lexsort((enter, vehicle)).astype(np.int64, copy=False)
+    """Rows of the events by vehicle and then by entry.
+
+    They come in the order of the exits, those without an exit last, which every vehicle keeps.
+    """
+    order = np.argsort(events["vehicle"].to_numpy(), kind="stable")
+    return order.astype(np.int64, copy=False)

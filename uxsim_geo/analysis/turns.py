@@ -11,7 +11,7 @@ import pandas as pd
 from uxsim_geo.analysis.bins import bin_of, checked_bin_edges
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.passages import Floats, Integers
-from uxsim_geo.analysis.subsets import Booleans, chosen_vehicles, link_rows
+from uxsim_geo.analysis.subsets import Booleans, chosen_vehicles, link_rows, names_of
 from uxsim_geo.analysis.trips import driving_order
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -28,8 +28,9 @@ def turning_counts(
 
     ``vehicles`` are rows of the trips (None: all). One row a turn that somebody made, ordered by
     node, from_link, to_link (in the order of the network's tables) and time: node (node_id),
-    from_link, to_link (link_id), vehicles; with ``bin_s`` also begin_s and end_s of the time bin
-    of the move, that in which from_link was left. The start and the end of a trip are no turns.
+    from_link, to_link (link_id; all three categorical) and vehicles; with ``bin_s`` also begin_s
+    and end_s of the time bin of the move, that in which from_link was left. The start and the end
+    of a trip are no turns.
 
     Raises :class:`uxsim_geo.errors.InputError` for a wrong bin, if ``vehicles`` is empty or not
     among the trips, or if the result is of another network.
@@ -42,12 +43,12 @@ def turning_counts(
     keys = [np.argsort(by_node)[moves.from_link], moves.to_link]
     keys += [] if edges is None else [bin_of(moves.time, edges)]
     groups = Groups.of(*keys)
-    links = network.links["link_id"].astype(str).to_numpy()
     from_link = by_node[groups.keys[0]]
-    table: dict[str, npt.NDArray[Any]] = {
-        "node": network.nodes["node_id"].astype(str).to_numpy()[node[from_link]],
-        "from_link": links[from_link],
-        "to_link": links[groups.keys[1]],
+    link_ids = network.links["link_id"]
+    table: dict[str, Any] = {
+        "node": names_of(node[from_link], network.nodes["node_id"]),
+        "from_link": names_of(from_link, link_ids),
+        "to_link": names_of(groups.keys[1], link_ids),
     }
     if edges is not None:
         slice_ = groups.keys[2]
