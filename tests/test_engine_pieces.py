@@ -360,3 +360,18 @@ def test_shares_of_several_routes_are_shares_of_all_drivers() -> None:
     assert driven.sum() == 800
     assert driven.get(200.0, 0) == 0
     assert driven[300.0] == pytest.approx(400, abs=3 * 0.5 * 800**0.5)
+
+
+def test_a_look_on_the_way_does_not_write_off_what_is_in_force_or_still_to_come() -> None:
+    ways = [link("a", "1", "2", 200), link("b", "2", "3", 200)]
+    control = [
+        MergePriority(["a"], 2.0, 0, 800),
+        MergePriority(["b"], 2.0, 600, 803),
+        Advice(["b"], 60.0, begin=802, end=804),  # between two steps
+    ]
+    run = Simulation(network(ways), demand(("1", "3", 0, 800, 200)), Settings(804), control=control)
+    run.advance(400)
+    assert run.result().notes == ()
+    run.advance(804)
+    (note,) = run.result().notes
+    assert note == "advice on link b never took effect: it never changed anything"

@@ -195,11 +195,13 @@ class Steering:
         faults.raise_if_any()
 
     def notes(self, world: World) -> tuple[str, ...]:
-        """Say which rules have changed nothing for anybody."""
+        """Say which rules have changed nothing for anybody; not of those still to begin."""
         found = []
+        step = int(world.links.clock["step"][0])
+        over = step >= world.calendar.bucket.size
         for number, (rule, history) in enumerate(zip(self.rules, self.histories, strict=True)):
-            if rule.claims:
-                if rule.end >= self.site.duration:
+            if rule.claims and (over or history.last is not None):
+                if rule.end > (step - 1) * self.site.step:  # it has not been set back before now
                     self._note_felt(world, number)
                 if not history.wrote:
                     found.append(f"{rule.name} never took effect: it never changed anything")
