@@ -280,8 +280,10 @@ def test_a_run_is_not_resumed_under_other_control(tmp_path: Path) -> None:
     net = network(grid(3))
     run = Simulation(net, across(3, 5.0, 100.0), Settings(1000), control=[Toll(["0,0-0,1"], 1.0)])
     run.save(tmp_path / "run.zip")
-    with pytest.raises(InputError, match="other control: toll"):
+    with pytest.raises(InputError, match=r"other control: Toll\(.*amount=1.0"):
         Simulation.resume(tmp_path / "run.zip")
+    with pytest.raises(InputError, match="other control"):
+        Simulation.resume(tmp_path / "run.zip", control=[Toll(["0,0-0,1"], 2.0)])
     with pytest.raises(InputError, match="other classes"):
         Simulation.resume(
             tmp_path / "run.zip", control=[Toll(["0,0-0,1"], 1.0)], classes=[DriverClass("x")]
@@ -375,3 +377,11 @@ def test_a_look_on_the_way_does_not_write_off_what_is_in_force_or_still_to_come(
     run.advance(804)
     (note,) = run.result().notes
     assert note == "advice on link b never took effect: it never changed anything"
+
+
+def test_an_enforced_route_that_nobody_is_given_is_told() -> None:
+    ways = [link("in", "1", "2", 200), link("out", "2", "3", 400)]
+    late = EnforcedRoute("1", "3", ("in", "out"), begin=500)
+    result = simulate(network(ways), demand(("1", "3", 0, 300, 100)), Settings(900), control=[late])
+    assert len(result.notes) == 1
+    assert result.notes[0].startswith("enforced route from 1 to 3 never took effect")

@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from uxsim_geo.control.levers import Levers
-from uxsim_geo.control.scheduled import write
 from uxsim_geo.control.site import (
     Chosen,
     Claim,
@@ -54,7 +53,7 @@ class Closure:
 
         def act(_: Traffic, levers: Levers) -> None:
             for claim in claims:
-                write(levers, claim, True)
+                claim.write(levers, True)
 
         name = f"closure of {site.name_links(links)}"
         if self.classes:
@@ -105,7 +104,7 @@ class Incident:
 
         def act(_: Traffic, levers: Levers) -> None:
             usual = np.minimum(levers.exit_capacity[links], site.capacity[links])
-            write(levers, claim, share * usual)
+            claim.write(levers, share * usual)
 
         name = f"incident on {site.name_links(links)}"
         return [Rule(name, act, (claim,), self.begin, self.end, felt_at=links)]

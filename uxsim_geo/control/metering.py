@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from uxsim_geo.control.levers import Levers
-from uxsim_geo.control.scheduled import check_binds, scheduled_rule, write
+from uxsim_geo.control.scheduled import check_binds, scheduled_rule
 from uxsim_geo.control.site import (
     Act,
     Chosen,
@@ -74,7 +74,7 @@ class Feedback:
         def act(traffic: Traffic, levers: Levers) -> None:
             missing = self.target_density - traffic.count[measured].sum() / length
             rate = np.minimum(levers.exit_capacity[claim.positions], most) + gain * missing
-            write(levers, claim, np.clip(rate, self.min_rate, most))
+            claim.write(levers, np.clip(rate, self.min_rate, most))
 
         return act
 

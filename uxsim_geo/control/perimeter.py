@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from uxsim_geo.control.levers import Levers
-from uxsim_geo.control.scheduled import check_binds, scheduled_rule, write
+from uxsim_geo.control.scheduled import check_binds, scheduled_rule
 from uxsim_geo.control.site import (
     Chosen,
     Claim,
@@ -118,7 +118,7 @@ class Perimeter:
             change = (traffic.inflow - traffic.outflow)[inside].sum() * traffic.elapsed
             flow = min(levers.exit_capacity[gates].sum(), most)
             flow += self.gain * missing - self.damping * change
-            write(levers, claim, np.clip(flow, self.min_flow, most) * share)
+            claim.write(levers, np.clip(flow, self.min_flow, most) * share)
 
         name = f"perimeter with {site.name_links(gates)} as gates"
         return Rule(name, act, (claim,), self.begin, self.end, self.interval, felt_at=gates)

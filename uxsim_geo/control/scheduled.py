@@ -16,15 +16,6 @@ from uxsim_geo.errors import Faults
 ROUNDING = 1e-6
 
 
-def write(levers: Levers, claim: Claim, values: Floats | float) -> None:
-    """Set the claimed quantity, where it is claimed."""
-    array = getattr(levers, claim.quantity)
-    if claim.rows is None:
-        array[claim.positions] = values
-    else:
-        array[np.ix_(claim.rows, claim.positions)] = values
-
-
 def scheduled_rule(
     name: str,
     claim: Claim,
@@ -39,7 +30,7 @@ def scheduled_rule(
     """
 
     def act(traffic: Traffic, levers: Levers) -> None:
-        write(levers, claim, values(value_at(timetable, traffic.time + ROUNDING)))
+        claim.write(levers, values(value_at(timetable, traffic.time + ROUNDING)))
 
     begin, end = period
     moments = tuple(time for time in moments_of(timetable) if begin < time < end)

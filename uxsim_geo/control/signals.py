@@ -27,8 +27,8 @@ class Signal:
 
     The phases follow one another, each exactly as long as it says and then ``all_red`` s in which
     nobody has green; the first cycle begins at ``offset`` s, and those before it by repetition.
-    In-links of the node that no phase names are not held by the signal. A node may have several
-    plans, one after the other.
+    In-links of the node that no phase names are not held by the signal, nor are trips that end at
+    the node. A node may have several plans, one after the other.
     """
 
     node_id: str

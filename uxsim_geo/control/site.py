@@ -156,6 +156,18 @@ class Claim:
     positions: Ints
     rows: Ints | None = None
 
+    def read(self, levers: Levers) -> npt.NDArray[Any]:
+        """Return what the levers hold there."""
+        values: npt.NDArray[Any] = getattr(levers, self.quantity)[self._where()]
+        return values
+
+    def write(self, levers: Levers, values: npt.ArrayLike) -> None:
+        """Set the levers there."""
+        getattr(levers, self.quantity)[self._where()] = values
+
+    def _where(self) -> Any:
+        return self.positions if self.rows is None else np.ix_(self.rows, self.positions)
+
 
 @dataclass(frozen=True)
 class Rule:

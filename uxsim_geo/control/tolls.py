@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from uxsim_geo.control.levers import Levers
-from uxsim_geo.control.scheduled import scheduled_rule, write
+from uxsim_geo.control.scheduled import scheduled_rule
 from uxsim_geo.control.site import (
     Chosen,
     Claim,
@@ -82,7 +82,7 @@ class CongestionToll:
         def act(traffic: Traffic, levers: Levers) -> None:
             excess = traffic.density[claim.positions] - self.target_density
             toll = np.maximum(levers.toll[claim.positions], self.min_amount) + self.gain * excess
-            write(levers, claim, np.clip(toll, self.min_amount, self.max_amount))
+            claim.write(levers, np.clip(toll, self.min_amount, self.max_amount))
 
         name = f"congestion toll on {site.name_links(claim.positions)}"
         period = (self.begin, self.end)

@@ -116,10 +116,11 @@ def driver_records(
         record["interval"] = max(interval, settings.step) / parts
         record["observe_step"] = records.NEVER
         if one.informed:
-            record["delay"] = own.information_delay
+            delay = min(own.information_delay, settings.duration)  # older than the run is none
+            record["delay"] = delay
             record["observe_step"] = 0
             record["first_row"] = row
-            kept = own.information_delay + settings.step  # s: looks not yet used, or of this step
+            kept = delay + settings.step  # s: looks not yet used, or of this step
             record["rows"] = int(kept / record["interval"]) + 2
             row += int(record["rows"])
     return table

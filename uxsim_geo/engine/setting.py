@@ -13,6 +13,7 @@ import pandas as pd
 from uxsim_geo.control.drivers import DriverClass
 from uxsim_geo.control.guidance import EnforcedRoute
 from uxsim_geo.control.levers import Levers
+from uxsim_geo.control.own import OwnControl
 from uxsim_geo.control.site import Measure, Site, as_ids
 from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import Demand
@@ -42,6 +43,8 @@ Records = npt.NDArray[Any]
 class Setting:
     """All of a run that does not change while it goes on, and its control.
 
+    measures
+        the measures of control in words, by which they are known again
     row_of_link
         rows of the links table, in the order of the engine
     given
@@ -52,6 +55,7 @@ class Setting:
     site: Site
     classes: list[DriverClass]
     drivers: list[Drivers]
+    measures: list[str]
     enforced: list[EnforcedRoute]
     row_of_link: Ints
     platoons: Platoons
@@ -93,6 +97,15 @@ class Setting:
             driver=driver,
             route=np.where(route >= 0, np.append(begin, -1)[route], -1),
             given=self.given,
+        )
+
+    def notes(self, platoons: Platoons) -> tuple[str, ...]:
+        """Say which enforced routes nobody has been given."""
+        return tuple(
+            f"enforced route from {one.origin} to {one.destination} never took effect: "
+            "nobody whom it is for leaves home there while it is in force"
+            for one in self.enforced
+            if not self._meant_by(one, platoons).any()
         )
 
     def _meant_by(self, enforced: EnforcedRoute, platoons: Platoons) -> npt.NDArray[np.bool_]:
@@ -157,12 +170,21 @@ def set_up(
         site=site,
         classes=classes,
         drivers=drivers,
+        measures=[in_words(one) for one in control],
         enforced=[one for one in control if isinstance(one, EnforcedRoute)],
         row_of_link=row_of_link,
         platoons=make_platoons(demand, settings),
         steering=Steering(site, rules, base, application),
         given=np.empty(0, np.int64),
     )
+
+
+def in_words(measure: Measure) -> str:
+    """Describe a measure with all its values; of one's own function, which has none, the name."""
+    if isinstance(measure, OwnControl):
+        period = f"from {measure.begin:g} to {measure.end:g} s, every {measure.interval:g} s"
+        return f"own control {getattr(measure.function, '__name__', 'unnamed')} {period}"
+    return repr(measure)
 
 
 def ban_links(classes: Sequence[DriverClass], site: Site, levers: Levers, faults: Faults) -> None:

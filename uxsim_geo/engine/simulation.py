@@ -207,7 +207,7 @@ class Simulation:
             settings=self.settings,
             engine_wall_s=self.wall_s,
             locked_vehicles=int(world.links.clock[0]["vehicles_locked"]),
-            notes=self.steering.notes(world),
+            notes=self.steering.notes(world) + self.setting.notes(self.platoons),
             speed_limits=limit_table(limits, self.setting.site.free_speed, link_ids),
         )
 
@@ -222,6 +222,7 @@ class Simulation:
             "settings": asdict(self.settings),
             "classes": [repr(one) for one in self.setting.classes],
             "platoons": texts,
+            "measures": self.setting.measures,
             "control": told,
             "acted_step": self._acted_step,
             "touched": self._touched,
@@ -252,6 +253,9 @@ class Simulation:
             run.platoons = platoons_from(state["platoons"], arrays)
             run.world = with_arrays(run.world, arrays)
             run.setting.given = run.world.routes.given.astype(np.int64)
+            if run.setting.measures != state["measures"]:
+                under = ", ".join(state["measures"]) or "none"
+                raise ValueError(f"it was under other control: {under}; give that again")
             fill_steering(run.steering, state["control"], arrays)
             run._events = [from_plain(arrays["events"], EVENT)]
             run._acted_step, run._touched = int(state["acted_step"]), bool(state["touched"])

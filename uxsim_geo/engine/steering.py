@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from uxsim_geo.control.levers import Levers
-from uxsim_geo.control.site import Claim, Rule, Site
+from uxsim_geo.control.site import Rule, Site
 from uxsim_geo.control.traffic import Counts, Traffic
 from uxsim_geo.engine.application import Application
 from uxsim_geo.engine.loop import sense
@@ -140,8 +138,7 @@ class Steering:
             self._refuse_trespass(rule, before, now.time)
         elif not history.wrote:
             history.wrote = any(
-                (claimed(self.levers, claim) != claimed(self.base, claim)).any()
-                for claim in rule.claims
+                (claim.read(self.levers) != claim.read(self.base)).any() for claim in rule.claims
             )
 
     def _refuse_trespass(self, rule: Rule, before: Levers, time: float) -> None:
@@ -151,7 +148,7 @@ class Steering:
         for other in self.rules if written else ():
             if other.begin <= time < other.end:
                 for claim in (one for one in other.claims if one.quantity in written):
-                    if (claimed(self.levers, claim) != claimed(before, claim)).any():
+                    if (claim.read(self.levers) != claim.read(before)).any():
                         what = f"{rule.name}, at {time:g} s: sets the {claim.quantity} that "
                         faults.add(f"{what}{other.name} sets too; keep one of them")
         faults.raise_if_any()
@@ -159,10 +156,9 @@ class Steering:
     def _restore(self, world: World, number: int) -> None:
         """Set back what a rule held that ends now."""
         for claim in self.rules[number].claims:
-            where = claim.positions if claim.rows is None else np.ix_(claim.rows, claim.positions)
-            getattr(self.levers, claim.quantity)[where] = claimed(self.base, claim)
+            claim.write(self.levers, claim.read(self.base))
             if claim.quantity == "plan":
-                self.levers.phase[where] = -1
+                self.levers.phase[claim.positions] = -1
         self._note_felt(world, number)
 
     def _note_felt(self, world: World, number: int) -> None:
@@ -209,14 +205,6 @@ class Steering:
                     what = "nobody was there while it was in force"
                     found.append(f"{rule.name} never took effect: {what}")
         return tuple(found)
-
-
-def claimed(levers: Levers, claim: Claim) -> npt.NDArray[Any]:
-    """Return what the levers hold at the places of a claim."""
-    values: npt.NDArray[Any] = getattr(levers, claim.quantity)
-    if claim.rows is None:
-        return values[claim.positions]
-    return values[np.ix_(claim.rows, claim.positions)]
 
 
 def base_levers(site: Site) -> Levers:
