@@ -148,12 +148,12 @@ def _figures(observed: Floats, simulated: Floats, *, unit: str) -> dict[str, flo
     compared = len(error)
     if not compared:
         nothing = (f"mean_error_{unit}", f"rmse_{unit}", "relative_rmse", "r_squared")
-        return {"compared": 0.0, **dict.fromkeys(nothing, np.nan)}
+        return {"compared": 0, **dict.fromkeys(nothing, np.nan)}
     mean, squares = float(observed.mean()), float((error**2).sum())
     spread = float(((observed - mean) ** 2).sum())
     rmse = np.sqrt(squares / compared)
     return {
-        "compared": float(compared),
+        "compared": compared,
         f"mean_error_{unit}": float(error.mean()),
         f"rmse_{unit}": float(rmse),
         "relative_rmse": float(rmse / mean) if mean > 0 else np.nan,

@@ -13,7 +13,7 @@ from uxsim_geo.analysis.bins import bin_of, checked_bin_edges
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.link_states import states_of_passages
 from uxsim_geo.analysis.passages import Floats, Integers, Passages
-from uxsim_geo.analysis.subsets import named_rows, names_of, node_rows
+from uxsim_geo.analysis.subsets import check_links, named_rows, names_of, node_rows
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -177,6 +177,7 @@ def _link_times(
 ) -> Floats:
     """Time to drive each link at its speed in each slice, s; shape (slices, links)."""
     if states is None:
+        check_links(result, network)
         told = (result.events, result.trips, result.settings, result.speed_limits)
         passages = Passages.of(network, *told)
         duration = result.settings.duration

@@ -59,16 +59,18 @@ def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> In
 
 
 def link_rows(result: Result, network: Network) -> Integers:
-    """The row of the links table of every event.
+    """The row of the links table of every event; errors as of :func:`check_links`."""
+    check_links(result, network)
+    return pd.Categorical(result.events["link"]).codes.astype(np.int64, copy=False)
 
-    Raises :class:`uxsim_geo.errors.InputError` if the events are of another network.
-    """
+
+def check_links(result: Result, network: Network) -> None:
+    """Raise :class:`uxsim_geo.errors.InputError` if the events are of another network."""
     link = pd.Categorical(result.events["link"])
     if link.categories.astype(str).tolist() != network.links["link_id"].astype(str).tolist():
         faults = Faults("events")
         faults.add("its links are not those of the network: is it of another run?", column="link")
         faults.raise_if_any()
-    return np.asarray(link.codes, np.int64)
 
 
 def names_of(rows: Integers, ids: pd.Series) -> pd.Categorical[str]:
