@@ -212,3 +212,27 @@ def test_long_names_of_pictures_stay_apart(tmp_path: Path, monkeypatch: pytest.M
     world.exec_simulation()
     world.analyzer.time_space_diagram_traj()
     assert len(list((tmp_path / "outx").iterdir())) == 2
+
+
+def test_titles_of_long_ways_fit_over_their_picture() -> None:
+    world = World(tmax=100, print_mode=0, save_mode=0)
+    for number in range(13):
+        world.addNode(str(number), number, 0)
+    names = [f"main road {number}" for number in range(12)]
+    for number, name in enumerate(names):
+        world.addLink(name, str(number), str(number + 1), 100)
+    world.exec_simulation()
+    (whole,) = world.analyzer.time_space_diagram_traj_links(names)
+    assert whole.axes[0].get_title() == "main road 0 → … → main road 11 (12 links)"
+    (part,) = world.analyzer.time_space_diagram_traj_links(names[:2])
+    assert part.axes[0].get_title() == "main road 0 → main road 1"
+
+
+def test_simulate_is_the_engine_s_and_waits_for_it() -> None:
+    import inspect
+
+    import uxsim_geo
+    from uxsim_geo.engine import simulation
+
+    assert inspect.signature(uxsim_geo.simulate) == inspect.signature(simulation.simulate)
+    assert inspect.getdoc(uxsim_geo.simulate) == inspect.getdoc(simulation.simulate)

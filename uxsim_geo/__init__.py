@@ -44,7 +44,7 @@ _HOMES = {
 }
 
 
-def simulate(
+def simulate(  # noqa: PLR0913 -- the arguments of the engine
     network: Network,
     demand: Demand,
     settings: Settings,

@@ -25,6 +25,7 @@ WIDEST = 9.0  # of a link full of vehicles, points
 DOT = 26.0  # area of a platoon's dot, square points
 DPI = 80
 SIZE = 6.0  # of the longer side, inches
+EDGE = 0.02  # around the map, of its longer side
 
 
 def animate_links(network: Network, states: pd.DataFrame, path: Path, frame_ms: float) -> None:
@@ -42,7 +43,9 @@ def animate_links(network: Network, states: pd.DataFrame, path: Path, frame_ms: 
     speed = states["speed"].to_numpy(float).reshape(len(links), -1)
     percent = 100 * speed / links["free_speed"].to_numpy(float)[:, None]
     begin = states["begin_s"].to_numpy(float)[: share.shape[1]]
-    figure, axes, plane = _base(network, "width: share of the jam density")
+    figure, axes, plane = _base(
+        network, "width: density, widest at jam density; traffic stands to the right of its road"
+    )
     lines = [shapely.get_coordinates(line) for line in plane.to_the_right(_beside(plane))]
     traffic = LineCollection(lines, zorder=2)
     _colour(traffic, figure, axes)
@@ -70,7 +73,7 @@ def animate_vehicles(
     """
     import shapely
 
-    figure, axes, plane = _base(network, "a dot: a platoon")
+    figure, axes, plane = _base(network, "each dot is a platoon")
     link = passages.link[samples.row]
     lines = plane.to_the_right(_beside(plane))[link]
     share = samples.position / passages.geometry.length[link]
@@ -103,7 +106,9 @@ def _base(network: Network, legend: str) -> tuple[Figure, Axes, MapPlane]:
     figure = Figure(figsize=(SIZE * shape[0] + 1.2, SIZE * shape[1] + 0.6), dpi=DPI)
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()
-    axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", title=" ")
+    margin = EDGE * max(x1 - x0, y1 - y0)  # else the widest lines at the edge would be cut
+    axes.set(xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin))
+    axes.set(aspect="equal", title=" ")
     axes.set_axis_off()
     roads = [shapely.get_coordinates(line) for line in plane.lines]
     axes.add_collection(LineCollection(roads, colors=NEUTRAL, linewidths=ROAD, zorder=1))

@@ -1,4 +1,4 @@
-"""Plots for a first look: the network, its state on a map, and its fundamental diagram.
+"""Two plots for a first look: the state of the network on a map, and its fundamental diagram.
 
 Figures are made without pyplot: no window, no state shared between figures.
 """
@@ -6,10 +6,9 @@ Figures are made without pyplot: no window, no state shared between figures.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.passages import Floats
@@ -28,7 +27,6 @@ POINTS_PER_INCH = 72.0
 NARROWEST = 0.6  # line width, points
 GAP = 0.7  # between the two directions of a road, points
 LABELLED_NODES = 60  # more would cover the map
-LINK = "#2b6fad"  # of a link that shows nothing but where it is
 LETTERS_IN_CIRCLE = 3  # of a node's name
 
 
@@ -68,39 +66,6 @@ def network_state_figure(
     return figure
 
 
-def network_figure(
-    network: Network, title: str, *, size: tuple[float, float] = (6.0, 6.0), font_size: float = 10.0
-) -> Figure:
-    """Map of the bare network, each link to the right of its road and with an arrow.
-
-    ``size`` in inches; ``font_size`` of names in points: 0 leaves them out, and so does a network
-    of more than 60 nodes. Raises ValueError if the network has no geometry.
-    """
-    import shapely
-    from matplotlib.figure import Figure
-
-    plane = MapPlane.of(network)
-    x0, y0, x1, y1 = plane.extent
-    margin = 0.08 * max(x1 - x0, y1 - y0)
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.add_subplot()
-    axes.set(xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin), aspect="equal")
-    axes.set_title(title)
-    axes.set_axis_off()
-    lines = plane.to_the_right(np.full(len(plane.lines), 0.008 * max(x1 - x0, y1 - y0)))
-    arrow = {"arrowstyle": "-|>", "color": LINK, "linewidth": 1.0, "shrinkA": 7, "shrinkB": 7}
-    for line in lines:
-        *_, before, last = shapely.get_coordinates(line)
-        axes.plot(*shapely.get_coordinates(line).T, color=LINK, linewidth=1.0, zorder=1)
-        axes.annotate("", xy=tuple(last), xytext=tuple(before), arrowprops=arrow)
-    names = font_size > 0 and len(network.nodes) <= LABELLED_NODES
-    x, y = plane.points.T
-    axes.scatter(x, y, s=40, c="white", edgecolors="#555555", zorder=3)
-    if names:
-        _name_elements(axes, network, plane, lines, font_size)
-    return figure
-
-
 def mfd_figure(states: pd.DataFrame, title: str) -> Figure:
     """The network's fundamental diagram: flow against density, one point a time bin.
 
@@ -134,35 +99,6 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Write a PNG that depends on nothing but the figure: no program name, no date."""
     with replace_when_complete(path) as temporary:
         figure.savefig(temporary, format="png", dpi=150, metadata={"Software": None})
-
-
-def _name_elements(
-    axes: Axes, network: Network, plane: MapPlane, lines: npt.NDArray[Any], font_size: float
-) -> None:
-    """Names of nodes above them, and of links on them; two directions stand apart on their way."""
-    import shapely
-    from matplotlib.patheffects import withStroke
-
-    halo = [withStroke(linewidth=2.5, foreground="white")]
-    for name, point in zip(network.nodes["node_id"].astype(str), plane.points, strict=True):
-        place: dict[str, Any] = {
-            "xytext": (0, 6),
-            "textcoords": "offset points",
-            "ha": "center",
-            "va": "bottom",
-        }
-        axes.annotate(name, tuple(point), fontsize=font_size, zorder=5, path_effects=halo, **place)
-    points = shapely.get_coordinates(shapely.line_interpolate_point(lines, 0.36, normalized=True))
-    paper = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
-    for name, (x, y) in zip(network.links["link_id"].astype(str), points, strict=True):
-        style: dict[str, Any] = {
-            "ha": "center",
-            "va": "center",
-            "color": LINK,
-            "bbox": paper,
-            "zorder": 4,
-        }
-        axes.text(x, y, name, fontsize=0.8 * font_size, **style)
 
 
 def _draw_links(

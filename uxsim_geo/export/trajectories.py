@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINE = "#2b6fad"
+LONGEST_TITLE = 80  # letters
 FEWEST_POINTS = 24  # of a platoon's way over a link; enough for every stop to show
 
 
@@ -42,12 +43,22 @@ def trajectories_figure(
         axes.add_collection(LineCollection(list(lines), colors=LINE, linewidths=0.6))
     axes.set(xlim=(0, duration), ylim=(0, starts[-1]), xlabel="time, s")
     axes.set_ylabel("distance, m")
-    axes.set_title(" → ".join(link_ids) if len(link_ids) > 1 else f"link {link_ids[0]}")
+    axes.set_title(_title(link_ids))
     axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.set_axisbelow(True)
     if len(link_ids) > 1:
         _name_links(axes, link_ids, starts)
     return figure
+
+
+def _title(link_ids: Sequence[str]) -> str:
+    """Links in their order; of more than fit over the picture, the first and the last."""
+    if len(link_ids) == 1:
+        return f"link {link_ids[0]}"
+    whole = " → ".join(link_ids)
+    if len(whole) <= LONGEST_TITLE:
+        return whole
+    return f"{link_ids[0]} → … → {link_ids[-1]} ({len(link_ids)} links)"
 
 
 def rows_of_links(network: Network, link_ids: Sequence[str]) -> Integers:

@@ -263,7 +263,7 @@ class World(Scenario):
 
         The figure is saved and shown as those of :attr:`analyzer`.
         """
-        from uxsim_geo.export.plots import network_figure
+        from uxsim_geo.export.network_plan import network_figure
         from uxsim_geo.world import pictures
 
         pictures.check_looks(looks)
