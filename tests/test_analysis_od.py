@@ -73,6 +73,13 @@ def test_slices_of_departure_and_who_departs_after_the_end() -> None:
     assert table["delay_so_far_s"].isna().tolist() == [False, False, True, False]
 
 
+def test_who_departs_at_the_very_end_is_in_the_last_slice() -> None:
+    last = result_of(ROAD, [Drive("a", "c", 200.0, (), "waiting")], 200.0)
+    table = od_table(last, ROAD, bin_s=100.0)
+    assert table[["begin_s", "end_s"]].to_numpy().tolist() == [[100.0, 200.0]]
+    assert table["vehicles_departed"].tolist() == [5.0]
+
+
 def test_classes_stand_apart_and_a_subset_stands_alone() -> None:
     table = od_table(every_fate(), ROAD, by_class=True)
     assert table["class"].tolist() == ["default", "heavy", "default"]

@@ -124,6 +124,16 @@ def test_vehicles_over_time_sum_to_the_demand() -> None:
         assert figures[f"vehicles_{status}"] == last[status], status
 
 
+def test_an_aborted_trip_among_some_ends_where_it_left_its_last_link() -> None:
+    drives = [
+        Drive("a", "c", 0.0, [("ab", 0.0, 50.0), ("bc", 50.0, 80.0)]),
+        Drive("a", "c", 10.0, [("ab", 10.0, 60.0)], "aborted", 2),
+    ]
+    counts = vehicles_over_time(result_of(ROAD, drives, 90.0), [59.0, 60.0], vehicles=[1])
+    assert counts["running"].tolist() == [2.0, 0.0]
+    assert counts["aborted"].tolist() == [0.0, 2.0]
+
+
 def test_parts_of_the_vehicles_make_up_all_of_them() -> None:
     _, result = crowded_grid()
     times = [50.0, 400.0, 799.0]

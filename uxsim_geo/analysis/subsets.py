@@ -1,4 +1,8 @@
-"""Which vehicles, links and nodes are meant: what the tables of trips ask at their door."""
+"""Which vehicles, links and nodes are meant: what the tables of trips ask at their door.
+
+Vehicles are named by their rows in the trips: the users that a selection gives, or those of a
+class, ``np.flatnonzero(result.trips["class"] == "truck")``.
+"""
 
 from __future__ import annotations
 
