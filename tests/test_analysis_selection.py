@@ -136,6 +136,10 @@ def test_wrong_questions_are_refused() -> None:
         users_of_links(around(), [])
     with pytest.raises(InputError, match="earlier and a later"):
         users_of_links(around(), "ab", between=(50.0, 50.0))
+    with pytest.raises(InputError, match="use: must be any or all"):
+        users_of_links(around(), "ab", use="each")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="end: must be origin, destination or either"):
+        users_of_zones(around(), RING, "a", end="both")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="zones: there is none of this name"):
         users_of_zones(around(), zones_on_nodes(), "north")
     with pytest.raises(InputError, match="another run"):

@@ -20,6 +20,9 @@ from uxsim_geo.result import Result
 #: columns of the trips that say who a user is
 WHO = ("vehicle", "origin", "destination", "class", "vehicles", "status", "depart_s", "arrive_s")
 
+USES = ("any", "all")
+ENDS = ("origin", "destination", "either")
+
 
 class UserFlows(NamedTuple):
     """Where some users drive, and from where to where.
@@ -55,8 +58,9 @@ def users_of_links(
     then, and when. No rows if nobody did.
 
     Raises :class:`uxsim_geo.errors.InputError` if ``links`` is empty or names one that is not
-    there, or if ``between`` does not ascend.
+    there, if ``between`` does not ascend, or for another ``use``.
     """
+    _check_word(use, USES, "use")
     link = pd.Categorical(result.events["link"])
     asked = named_rows(links, link.categories.astype(str), "links")
     events = result.events[_inside(result.events["enter_s"], between) & np.isin(link.codes, asked)]
@@ -85,9 +89,11 @@ def users_of_zones(
     them. Columns: vehicle, origin, destination, class, vehicles, status, depart_s, arrive_s.
 
     Raises :class:`uxsim_geo.errors.InputError` if ``zones`` is empty or names one that is not
-    there, if ``between`` does not ascend, or if the result is of another network.
+    there, if ``between`` does not ascend, for another ``end``, or if the result is of another
+    network.
     """
-    ends = ("origin", "destination") if end == "either" else (end,)
+    _check_word(end, ENDS, "end")
+    ends = ENDS[:2] if end == "either" else (end,)
     nodes = {name: zone_nodes(network, name) for name in ends}
     known = pd.Index(pd.concat([nodes[name][f"{name}_zone"] for name in ends]).unique())
     asked = known[named_rows(zones, known, "zones")]
@@ -172,6 +178,13 @@ def _pair_flows(result: Result, network: Network, is_user: Booleans) -> pd.DataF
         }
     )
     return table[own > 0].reset_index(drop=True)
+
+
+def _check_word(word: str, known: tuple[str, ...], argument: str) -> None:
+    if word not in known:
+        faults = Faults()
+        faults.add(f"must be {', '.join(known[:-1])} or {known[-1]}", column=argument, value=word)
+        faults.raise_if_any()
 
 
 def _inside(times: pd.Series, between: tuple[float, float] | None) -> Booleans:
