@@ -236,3 +236,18 @@ def test_simulate_is_the_engine_s_and_waits_for_it() -> None:
 
     assert inspect.signature(uxsim_geo.simulate) == inspect.signature(simulation.simulate)
     assert inspect.getdoc(uxsim_geo.simulate) == inspect.getdoc(simulation.simulate)
+
+
+def test_files_with_lost_demand_add_nothing(tmp_path: Path) -> None:
+    paths = [tmp_path / name for name in ("nodes.csv", "links.csv", "demand.csv")]
+    paths[0].write_text("name,x,y\na,0,0\nb,1,0\n")
+    paths[1].write_text("name,start,end,length\nl,a,b,100\n")
+    rows = "a,b,0,100,0.2,\na,b,700,800,0.2,\na,b,0,100,0.2,5\n"
+    paths[2].write_text("orig,dest,start_t,end_t,q,volume\n" + rows)
+    world = World(tmax=600)
+    found = faults_of(lambda: world.load_scenario_from_csv(*paths))
+    assert found == [("start_t", "700"), ("volume", 5.0)]
+    assert world.NODES == []
+    paths[2].write_text("orig,dest,start_t,end_t,q\na,b,0,100,0.2\na,b,700,800,0.2\n")
+    world.load_scenario_from_csv(*paths, tmax=900)
+    assert world.TMAX == 900

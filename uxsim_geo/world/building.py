@@ -143,15 +143,16 @@ class Scenario(Roads):
         adds nothing then.
         """
         paths = (Path(fname_node), Path(fname_link), Path(fname_demand))
-        rows = read_csv_files(*paths, known=(self._nodes, self._links))
+        end = self._tmax if tmax is None else tmax
+        rows = read_csv_files(*paths, known=(self._nodes, self._links), end=end)
+        if tmax is not None:
+            self._set_tmax(tmax)
         for _, told in rows.nodes:
             self.addNode(**told)
         for _, told in rows.links:
             self.addLink(**told)
         for _, told in rows.demand:
             self.adddemand(**told)
-        if tmax is not None:
-            self._set_tmax(tmax)
 
     def _set_tmax(self, tmax: float) -> None:
         if self._run is not None:

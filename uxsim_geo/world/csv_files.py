@@ -81,9 +81,15 @@ DEMAND = (
 
 
 def read_csv_files(
-    nodes: Path, links: Path, demand: Path, known: tuple[Collection[str], Collection[str]]
+    nodes: Path,
+    links: Path,
+    demand: Path,
+    known: tuple[Collection[str], Collection[str]],
+    end: float | None = None,
 ) -> ScenarioRows:
     """Read the three files; ``known`` are the names of nodes and links that are there already.
+
+    ``end`` of the simulation, s: nobody may depart later; None: it is not known.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong in any of them.
     """
@@ -99,7 +105,7 @@ def read_csv_files(
     if not node_faults.found:
         _add_unknown(link_faults, link_rows, ("start_node", "end_node"), LINKS, names)
         _add_unknown(demand_faults, demand_rows, ("orig", "dest"), DEMAND, names)
-    _add_demand_faults(demand_faults, demand_rows)
+    _add_demand_faults(demand_faults, demand_rows, end)
     for own, _ in rows:
         faults.extend(own)
     faults.raise_if_any()
@@ -231,10 +237,16 @@ def _add_unknown(
                 faults.add("there is no such node", line=line, column=heading[argument], value=name)
 
 
-def _add_demand_faults(faults: Faults, rows: list[Row]) -> None:
+def _add_demand_faults(faults: Faults, rows: list[Row], last: float | None) -> None:
     for line, values in rows:
         if not {"flow", "volume"} & set(values):
             faults.add("needs a value, or the column volume one", line=line, column="q")
+        if {"flow", "volume"} <= set(values):
+            what = "give either this or q"
+            faults.add(what, line=line, column="volume", value=values["volume"])
+        if last is not None and values.get("t_start", 0.0) > last:
+            what = f"is after the end of the simulation, {last:g} s: raise tmax, or leave it out"
+            faults.add(what, line=line, column="start_t", value=f"{values['t_start']:g}")
         if values.get("orig") == values.get("dest") and "orig" in values:
             what = "must be another node than orig"
             faults.add(what, line=line, column="dest", value=values["dest"])
