@@ -12,7 +12,7 @@ from pathlib import Path
 PROOFS = (
     "test_theory_links.py::test_a_free_trip_takes_the_free_flow_time[5]",
     "test_theory_links.py::test_a_bottleneck_delays_by_its_queue[two lanes to one-5]",
-    "test_theory_links.py::test_a_queue_spills_back_over_three_links[0.6-0.2-3-10]",
+    "test_theory_links.py::test_a_queue_spills_back_over_three_links[node-0.6-0.2-3-10]",
     "test_theory_links.py::test_a_standing_queue_discharges_at_capacity[2-10]",
     "test_theory_links.py::test_a_moving_queue_discharges_at_capacity[1-10]",
     "test_theory_links.py::test_a_queue_dissolves_after_the_peak[1-10]",
