@@ -79,8 +79,6 @@ def who_used(result: Result, link_id: str) -> set[str]:
     return set(result.trips["class"].iloc[used])
 
 
-ROUNDED_TOGETHER = pytest.mark.xfail(reason="fractions of all pairs are rounded in one sweep")
-
 #: two ways from 1 to 9; on the faster one, by 10 s, others stand at node 9 for good
 JAM = [
     wide("a1", "1", "2", 500),
@@ -233,9 +231,7 @@ def test_a_class_that_nobody_is_of_changes_nothing(size: int) -> None:
 
 
 @sizes
-@pytest.mark.parametrize(
-    ("crowd", "far"), [(18.0, 20.6), (17.3, 20.0), pytest.param(17.3, 20.6, marks=ROUNDED_TOGETHER)]
-)
+@pytest.mark.parametrize(("crowd", "far"), [(18.0, 20.6), (17.3, 20.0), (17.3, 20.6)])
 def test_who_is_of_another_class_elsewhere_changes_nobody(
     crowd: float, far: float, size: int
 ) -> None:

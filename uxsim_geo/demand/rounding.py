@@ -28,32 +28,44 @@ def round_keeping_totals(
     A value is rounded up with a probability equal to its fraction, by draws of its key: dependent
     rounding on a bipartite graph (Gandhi, Khuller, Parthasarathy and Srinivasan 2006). Rows and
     columns are numbers from 0; a pair of them may occur again. All arrays have the shape (n,).
+
+    Parts of the graph that nothing connects do not feel each other: each has its own total, and
+    draws of its own.
     """
     whole = np.floor(values + _TINY)
     fraction = np.clip(values - whole, 0.0, 1.0)
     open_edges = np.flatnonzero(fraction > _TINY)
     if open_edges.size == 0:
         return whole.astype(np.int64)
-    # One more column fills every row up to a whole number. So no row can change by itself, and
-    # the total of all is held by that column's own.
+    first_column = int(rows.max()) + 1
+    slack_column = first_column + int(columns.max()) + 1
+    ends = np.stack([rows[open_edges], columns[open_edges] + first_column])
+    part_of = _connected_parts(ends, slack_column)
+    # One more column for each part fills every row up to a whole number. So no row can change by
+    # itself, and the total of the part is held by that column's own.
     fractions_of_rows = np.bincount(rows[open_edges], fraction[open_edges])
     slack = np.ceil(fractions_of_rows - _TINY) - fractions_of_rows
     slack_rows = np.flatnonzero(slack > _TINY)
-    first_column = int(rows.max()) + 1
-    slack_column = first_column + int(columns.max()) + 1
     parts = np.concatenate([fraction[open_edges], slack[slack_rows]])
-    row_ends = np.concatenate([rows[open_edges], slack_rows])
-    column_ends = np.concatenate(
-        [columns[open_edges] + first_column, np.full(slack_rows.size, slack_column)]
-    )
+    slack_ends = np.stack([slack_rows, slack_column + part_of[slack_rows]])
     slack_keys = np.zeros(first_column, np.uint64)
     np.bitwise_xor.at(slack_keys, rows[open_edges], keys[open_edges])
     edge_keys = np.concatenate([keys[open_edges], slack_keys[slack_rows]]) ^ ROUNDING
-    graph = _graph_of(parts, np.stack([row_ends, column_ends]))
+    graph = _graph_of(parts, np.concatenate([ends, slack_ends], axis=1))
     trail = _Trail(*(np.full(graph.degree.size, -1) for _ in range(3)))
-    _round_fractions(graph, trail, edge_keys)
+    _round_fractions(graph, trail, edge_keys, part_of)
     whole[open_edges] += parts[: open_edges.size]
     return np.rint(whole).astype(np.int64)
+
+
+def _connected_parts(ends: npt.NDArray[np.int64], vertices: int) -> npt.NDArray[np.int64]:
+    """Number the parts of a graph that hang together; the part of every vertex."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(vertices, vertices))
+    part_of: npt.NDArray[np.int64] = connected_components(graph, directed=False)[1].astype(np.int64)
+    return part_of
 
 
 class _Graph(NamedTuple):
@@ -86,17 +98,17 @@ def _graph_of(parts: npt.NDArray[np.float64], ends: npt.NDArray[np.int64]) -> _G
 
 
 @entry()
-def _round_fractions(graph, trail, keys):  # type: ignore[no-untyped-def]
+def _round_fractions(graph, trail, keys, part_of):  # type: ignore[no-untyped-def]
     """Turn all parts into 0 or 1: walk along open edges, and settle every cycle or path met."""
-    draws_made = 0
-    for start in range(graph.degree.size):
+    draws_made = np.zeros(part_of.size, np.uint64)  # in each connected part
+    for start in range(part_of.size):
         while graph.degree[start] > 0:
             begin, length, leaf = _walk(graph, trail, start)
             if begin < 0:  # from that leaf to a cycle, or to the leaf at the other end
                 begin, length, _ = _walk(graph, trail, leaf)
             begin = max(begin, 0)
-            chance = _unit(_combine(keys[trail.path[begin]], np.uint64(draws_made)))
-            draws_made += 1
+            chance = _unit(_combine(keys[trail.path[begin]], draws_made[part_of[start]]))
+            draws_made[part_of[start]] += np.uint64(1)
             _settle(graph, trail.path, begin, length, chance)
 
 
