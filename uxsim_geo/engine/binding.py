@@ -21,12 +21,13 @@ def site_of(network: Network, settings: Settings, class_names: Sequence[str]) ->
     """Give control the network as plain arrays."""
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
     links = network.links
+    link_ids = pd.Index(links["link_id"].astype(str))
 
     def numbers(name: str) -> np.ndarray:
         return links[name].to_numpy(np.float64)
 
     return Site(
-        link_ids=tuple(links["link_id"].astype(str)),
+        link_ids=tuple(link_ids),
         node_ids=tuple(node_ids),
         from_node=node_ids.get_indexer(pd.Index(links["from_node_id"].astype(str))),
         to_node=node_ids.get_indexer(pd.Index(links["to_node_id"].astype(str))),
@@ -39,7 +40,7 @@ def site_of(network: Network, settings: Settings, class_names: Sequence[str]) ->
         class_names=tuple(class_names),
         duration=settings.duration,
         step=settings.step,
-        select=lambda target: select_links(network, target),
+        select=lambda target: select_links(network, target, link_ids=link_ids),
     )
 
 

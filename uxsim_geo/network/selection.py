@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from uxsim_geo.control.site import Target
 from uxsim_geo.errors import Faults
@@ -24,8 +25,12 @@ _WKT = re.compile(r"\s*((MULTI)?(POINT|LINESTRING|POLYGON)|GEOMETRYCOLLECTION)\b
 Flags = npt.NDArray[np.bool_]
 
 
-def select_links(network: Network, target: Target) -> npt.NDArray[np.int64]:
+def select_links(
+    network: Network, target: Target, *, link_ids: pd.Index[str] | None = None
+) -> npt.NDArray[np.int64]:
     """Return the positions (row numbers) of the links that a target means, in rising order.
+
+    ``link_ids`` are those of the network as an index, for who makes many selections in it.
 
     All that the target gives must hold: ``links`` and ``where`` and ``polygon``. A link leads into
     a polygon if its geometry starts outside and ends inside; on the border is inside.
@@ -37,7 +42,9 @@ def select_links(network: Network, target: Target) -> npt.NDArray[np.int64]:
     faults = Faults()
     meant = np.ones(len(network.links), bool)
     if target.links:
-        meant &= _with_ids(network, target.links, faults)
+        if link_ids is None:
+            link_ids = pd.Index(network.links["link_id"].astype(str))
+        meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
         meant &= rows_where(network.links, target.where, faults)
     if target.polygon is not None:
@@ -50,15 +57,18 @@ def select_links(network: Network, target: Target) -> npt.NDArray[np.int64]:
     return np.flatnonzero(meant).astype(np.int64)
 
 
-def _with_ids(network: Network, links: tuple[str, ...], faults: Faults) -> Flags:
-    ids = network.links["link_id"].astype(str)
-    known = set(ids)
-    unknown = [link_id for link_id in dict.fromkeys(links) if link_id not in known]
-    for number, link_id in enumerate(unknown):
-        near = difflib.get_close_matches(link_id, known, n=3) if number < SUGGESTED else []
+def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -> Flags:
+    wanted = list(dict.fromkeys(links))
+    places = link_ids.get_indexer(pd.Index(wanted, dtype=link_ids.dtype))
+    for number, place in enumerate(np.flatnonzero(places < 0)):
+        close = number < SUGGESTED
+        near = difflib.get_close_matches(wanted[place], link_ids, n=3) if close else []
         advice = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
-        faults.add(f"the network has no such link_id{advice}", column="links", value=link_id)
-    return ids.isin(list(links)).to_numpy(bool)
+        what = f"the network has no such link_id{advice}"
+        faults.add(what, column="links", value=wanted[place])
+    named = np.zeros(len(link_ids), bool)
+    named[places[places >= 0]] = True
+    return named
 
 
 def _in_area(network: Network, target: Target, faults: Faults) -> Flags:
