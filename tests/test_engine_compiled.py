@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from test_engine_order import hash_of, random_case
+from test_engine_pieces import under_all_control
 
 from uxsim_geo.compiling import entry
 from uxsim_geo.engine.simulation import simulate
@@ -29,9 +30,14 @@ def run_program(*lines: str, **variables: str) -> str:
 @pytest.mark.parametrize("variable", ["NUMBA_DISABLE_JIT", "UXSIM_GEO_COUNT_REFERENCES"])
 def test_the_compiler_changes_nothing(variable: str) -> None:
     """Without compilation, and with numba's reference counting on: slower, and the same bytes."""
-    line = "print(*[hash_of(simulate(*random_case(seed))) for seed in (0, 3, 9)])"
-    printed = run_program(line, **{variable: "1", "PYTHONWARNINGS": "error"})
-    assert printed.split() == [hash_of(simulate(*random_case(seed))) for seed in (0, 3, 9)]
+    lines = (
+        "from test_engine_pieces import under_all_control",
+        "runs = [simulate(*random_case(seed)) for seed in (0, 3, 9)] + [under_all_control(3)]",
+        "print(*[hash_of(run) for run in runs])",
+    )
+    printed = run_program(*lines, **{variable: "1", "PYTHONWARNINGS": "error"})
+    runs = [simulate(*random_case(seed)) for seed in (0, 3, 9)] + [under_all_control(3)]
+    assert printed.split() == [hash_of(run) for run in runs]
 
 
 def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:

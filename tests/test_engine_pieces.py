@@ -34,6 +34,7 @@ from uxsim_geo.control.traffic import Traffic
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.engine.simulation import Simulation, simulate
 from uxsim_geo.errors import InputError
+from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
 
@@ -77,6 +78,11 @@ def controlled_case(seed: int) -> tuple[Case, list[Measure], list[DriverClass]]:
     table = dem.table.copy()
     table["class"] = np.where(random.random(len(table)) < 0.3, "lorry", None)
     return (net, replace(dem, table=table), settings), control, classes
+
+
+def under_all_control(seed: int) -> Result:
+    case, control, classes = controlled_case(seed)
+    return simulate(*case, control=control, classes=classes)
 
 
 def together(*demands: Demand) -> Demand:

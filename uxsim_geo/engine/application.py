@@ -177,7 +177,9 @@ class Application:
             _closed(levers) & ~_closed(self.applied)
         )
         if newly.any():
-            avoid(world, np.ascontiguousarray(newly[:, self.row_of_link].astype(np.uint8)))
+            links = np.ascontiguousarray(newly[:, self.row_of_link].astype(np.uint8))
+            with np.errstate(over="ignore"):  # hashes overflow by design; seen without the JIT only
+                avoid(world, links)
 
     def _banned(self, levers: Levers) -> npt.NDArray[np.bool_]:
         """Say which links which drivers may not use; shape (drivers, links)."""
