@@ -1,4 +1,4 @@
-"""Where every platoon is at regular moments, and densities by place and time from that."""
+"""Where platoons are at chosen moments, and densities by place and time from that."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.errors import Faults
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Platoons on links at multiples of ``interval`` s; arrays of one length, by passage and time.
+    """Platoons on links at some moments; arrays of one length, by passage and time.
 
-    row (of the passages), time (s), position (m from the start of the link), speed (m/s, mean
-    until the next moment or the exit: at one moment platoons in a queue either stand or drive).
+    interval (s, what each sample stands for: over which its speed is taken), row (of the passages),
+    time (s), position (m from the start of the link), speed (m/s, mean over the interval that
+    begins here, up to the exit or the end of the simulation: at one moment platoons in a queue
+    either stand or drive; NaN at the very end).
     """
 
     interval: float
@@ -26,18 +29,34 @@ class Samples:
 
     @classmethod
     def of(cls, passages: Passages, interval: float, duration: float) -> Samples:
-        """Look at every passage from its entry on, before its exit and before ``duration``, s."""
-        first = np.ceil(passages.enter / interval)
-        last = np.ceil(np.minimum(passages.exit, duration) / interval)
-        counts = np.maximum(last - first, 0).astype(np.int64)
-        row = np.repeat(np.arange(passages.link.size), counts)
-        before = np.cumsum(counts) - counts
-        number = np.arange(row.size) - before[row]
-        time = (first[row] + number) * interval
+        """Look at every passage at multiples of ``interval``, s, before ``duration``, s."""
+        moments = np.arange(int(np.ceil(duration / interval))) * np.float64(interval)
+        rows, moments = np.arange(passages.link.size), moments[moments < duration]
+        return cls.at(passages, rows, moments, interval=interval, end=duration)
+
+    @classmethod
+    def at(
+        cls,
+        passages: Passages,
+        rows: Integers,
+        moments: Floats,
+        *,
+        interval: float,
+        end: float,
+    ) -> Samples:
+        """Look at some passages (``rows``) at ``moments``, from the entry on and before the exit.
+
+        ``moments`` ascend, s, up to ``end``, that of the simulation.
+        """
+        first, counts = seen_at(passages, rows, moments)
+        row = np.repeat(rows, counts)
+        time = moments[numbered_from(first, counts)]
         position = passages.positions(row, time)
-        ahead = np.minimum(np.minimum(interval, duration - time), passages.exit[row] - time)
+        ahead = np.minimum(np.minimum(interval, end - time), passages.exit[row] - time)
         driven = passages.positions(row, time + ahead) - position
-        speed = np.divide(driven, ahead, out=np.zeros_like(time), where=ahead > 0)
+        speed = np.divide(driven, ahead, out=np.full_like(time, np.nan), where=ahead > 0)
+        # of an instant before the exit, rounding of the two positions could make any speed
+        speed = np.minimum(speed, passages.geometry.free_speed[passages.link[row]])
         return cls(interval, row, time, position, speed)
 
     def where(self, chosen: npt.NDArray[np.bool_]) -> Samples:
@@ -49,6 +68,40 @@ class Samples:
             self.position[chosen],
             self.speed[chosen],
         )
+
+
+def checked_moments(times: npt.ArrayLike, duration: float) -> Floats:
+    """Moments as an array, s, in the order given; shape (moments,).
+
+    Raises :class:`uxsim_geo.errors.InputError` if there are none, or for each that does not lie
+    between 0 and ``duration``.
+    """
+    moments = np.atleast_1d(np.asarray(times, dtype=float))
+    faults = Faults()
+    if moments.size == 0:
+        faults.add("is empty: name one moment at least", column="times")
+    for moment in moments[~((moments >= 0) & (moments <= duration))]:
+        what = f"must lie between 0 and the end of the simulation, {duration:g} s"
+        faults.add(what, column="times", value=moment)
+    faults.raise_if_any()
+    return moments
+
+
+def seen_at(passages: Passages, rows: Integers, moments: Floats) -> tuple[Integers, Integers]:
+    """The first of the ascending ``moments`` (s) in each of some passages, and how many there are.
+
+    A platoon is on a link from its entry on and before its exit.
+    """
+    first = np.searchsorted(moments, passages.enter[rows], side="left")
+    last = np.searchsorted(moments, passages.exit[rows], side="left")
+    return first.astype(np.int64), np.maximum(last - first, 0).astype(np.int64)
+
+
+def numbered_from(first: Integers, counts: Integers) -> Integers:
+    """For each ``i`` the ``counts[i]`` whole numbers from ``first[i]`` on, one after the other."""
+    before = np.cumsum(counts) - counts
+    numbers: Integers = np.arange(counts.sum()) + np.repeat(first - before, counts)
+    return numbers
 
 
 @dataclass(frozen=True)
