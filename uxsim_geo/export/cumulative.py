@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from uxsim_geo.analysis.passages import Floats, Passages
+from uxsim_geo.analysis.cumulative import curves_of_passages
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.export.trajectories import rows_of_links
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+#: column of the table, label, colour, line style
+CURVES = (
+    ("entries", "entered", "#2b6fad", "-"),
+    ("virtual_departures", "would have left at free flow", "#5f5f5f", "--"),
+    ("exits", "left", "#e0592a", "-"),
+)
+QUEUE = "#f9ded5"
 
 
 def cumulative_figure(
@@ -21,7 +28,7 @@ def cumulative_figure(
     duration: float,
     size: tuple[float, float] = (6.0, 4.0),
 ) -> Figure:
-    """Draw the numbers of vehicles that have entered and left a link, and those on it between.
+    """Draw the numbers of vehicles that have entered and left a link, and those that queue between.
 
     ``duration`` is how far the simulation has come, s; ``size`` in inches. Raises ValueError if
     the link is not in the network.
@@ -29,24 +36,17 @@ def cumulative_figure(
     from matplotlib.figure import Figure
 
     (link,) = rows_of_links(network, [link_id])
-    own = slice(passages.first[link], passages.first[link + 1])
-    vehicles, left = passages.vehicles[own], passages.exit[own] <= duration
+    table = curves_of_passages(passages, int(link), duration)
+    time = table["time_s"].to_numpy()
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
-    for times, counted, label, colour in (
-        (passages.enter[own], vehicles, "entered", "#2b6fad"),
-        (passages.exit[own][left], vehicles[left], "left", "#e0592a"),
-    ):
-        moments, total = _curve(times, counted, duration)
-        axes.step(moments, total, where="post", color=colour, label=label)
+    low, high = table["exits"].to_numpy(), table["virtual_departures"].to_numpy()
+    axes.fill_between(time, low, high, step="post", color=QUEUE, linewidth=0, label="queue")
+    for name, label, colour, style in CURVES:
+        axes.step(time, table[name], where="post", color=colour, linestyle=style, label=label)
     axes.set(title=f"link {link_id}", xlabel="time, s", ylabel="vehicles since the start")
     axes.set(xlim=(0, duration), ylim=(0, None))
     axes.grid(color="#e6e6e6", linewidth=0.6)
-    axes.legend(loc="upper left", frameon=False)
+    # beside the axes: there is no corner that the curves of every link leave free
+    figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize="small")
     return figure
-
-
-def _curve(times: Floats, vehicles: Floats, duration: float) -> tuple[Floats, Floats]:
-    order = np.argsort(times, kind="stable")
-    total = np.concatenate(([0.0], np.cumsum(vehicles[order])))
-    return np.concatenate(([0.0], times[order], [duration])), np.append(total, total[-1])
