@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import traceback
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.lines import show
+from pipeline.tables import FORMATS, TABLES, Order, export_table
 from uxsim_geo.errors import InputError
 from uxsim_geo.version import __version__
 
@@ -90,6 +92,10 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("verify", help=text, description=text)
     command.set_defaults(command=_verify)
     command.add_argument("path", type=Path, metavar="RUN", help="folder of a run")
+    text = "write a table of a finished run to a file"
+    command = commands.add_parser("export", help=text, description=text)
+    command.set_defaults(command=_export)
+    _add_export_options(command)
     return parser
 
 
@@ -107,6 +113,31 @@ def _add_run_options(command: argparse.ArgumentParser) -> None:
     add("--seed", metavar="N", help="short for --set simulate.seed=N")
     add("--force", action="store_true", help="also repeat stages that are up to date")
     add("--quiet", action="store_true", help="show neither progress nor results")
+
+
+def _add_export_options(command: argparse.ArgumentParser) -> None:
+    add = command.add_argument
+    add("path", type=Path, metavar="RUN", help="folder of a run")
+    add("--table", required=True, metavar="NAME", help=f"one of {', '.join(TABLES)}")
+    add("--format", choices=FORMATS, help="default: as the file is named, or csv")
+    add("--out", type=Path, metavar="FILE", help="default: RUN/tables/NAME.csv")
+    add(
+        "--bin-s",
+        type=_seconds,
+        metavar="N",
+        help="length of the time bins, s; default: report.bin_s of the run, and for od and "
+        "turning_counts the whole run in one",
+    )
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"must be a finite number above 0 (found {text!r})")
+    return seconds
 
 
 def _folder(text: str) -> Path:
@@ -156,4 +187,11 @@ def _verify(options: argparse.Namespace) -> int:
     if found.wrong:
         return FAILED
     show(f"{options.path}: all {found.checked} files are what the run wrote", sys.stdout)
+    return DONE
+
+
+def _export(options: argparse.Namespace) -> int:
+    order = Order(options.path, options.table, options.out, options.format, options.bin_s)
+    written = export_table(order)
+    show(f"{written.path}: {written.rows:,} rows, {written.columns} columns", sys.stdout)
     return DONE

@@ -1,0 +1,303 @@
+"""Tables of a finished run: what they hold, where they go, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from small_run import CONFIG, run_small, write_small_run
+
+from pipeline.cli import main
+from pipeline.tables import TABLES, plain_decimal
+
+
+def export(run: Path, table: str, *options: str) -> int:
+    return main(["export", str(run), "--table", table, *options])
+
+
+def exported(run: Path, table: str, *options: str) -> pd.DataFrame:
+    assert export(run, table, *options) == 0
+    return pd.read_csv(run / f"tables/{table}.csv")
+
+
+def files_below(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_both_formats_say_the_same(
+    finished: Path, capsys: pytest.CaptureFixture[str], table: str
+) -> None:
+    assert export(finished, table) == 0
+    assert export(finished, table, "--format", "parquet") == 0
+    text = pd.read_csv(finished / f"tables/{table}.csv", dtype=str)
+    binary = pd.read_parquet(finished / f"tables/{table}.parquet")
+    assert list(text.columns) == list(binary.columns)
+    for name in binary.columns:
+        if pd.api.types.is_numeric_dtype(binary[name].dtype):
+            numbers = text[name].astype(float)
+            np.testing.assert_array_equal(numbers, binary[name].astype(float))
+        else:
+            assert text[name].astype(str).tolist() == binary[name].astype(str).tolist()
+    shown = capsys.readouterr().out.splitlines()
+    size = f"{len(binary)} rows, {len(binary.columns)} columns"
+    assert shown == [f"{finished / 'tables' / table}.{form}: {size}" for form in ("csv", "parquet")]
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_csv_is_utf8_with_a_header_and_plain_decimals(finished: Path, table: str) -> None:
+    assert export(finished, table) == 0
+    content = (finished / f"tables/{table}.csv").read_bytes()
+    header, *rows = content.decode("utf-8").splitlines()
+    assert not any(cell[:1].isdigit() for cell in header.split(","))
+    assert rows
+    assert b"\r" not in content
+    numbers = [cell for row in rows for cell in row.split(",") if cell[:1] in set("-0123456789")]
+    assert not any("e" in cell.lower() for cell in numbers)
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (1e-7, "0.0000001"),
+        (-2.5e-5, "-0.000025"),
+        (3e20, "300000000000000000000"),
+        (0.1, "0.1"),
+        (12.0, "12.0"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_decimals_have_no_exponent_and_read_back(number: float, text: str) -> None:
+    assert plain_decimal(number) == text
+    assert float(text) == number
+
+
+def test_figures_of_a_road_on_which_nobody_is_held_up(finished: Path) -> None:
+    """100 vehicles in platoons of 5 from 1 by 3 and 4 to 2: links of 25, 50 and 25 s."""
+    od = exported(finished, "od").iloc[0]
+    assert (od["origin"], od["destination"]) == (1, 2)
+    assert od["vehicles_demanded"] == od["vehicles_completed"] == 100
+    assert od["experienced_travel_time_completed_only_s"] >= 100
+    trips = exported(finished, "trips")
+    assert len(trips) == 20
+    assert trips["links_entered"].tolist() == [3] * 20
+    routes = exported(finished, "trip_routes")
+    assert routes["link"].tolist() == ["1-3", "3-4", "4-2"] * 20
+    turns = exported(finished, "turning_counts")
+    assert turns.to_numpy().tolist() == [[3, "1-3", "3-4", 100], [4, "3-4", "4-2", 100]]
+    skims = exported(finished, "skims")
+    assert skims["free_flow_travel_time_s"].tolist() == pytest.approx([100] * 4)
+
+
+def test_link_times_are_in_seconds_and_the_units_of_their_names(finished: Path) -> None:
+    times = exported(finished, "link_times")
+    assert times["link_id"].tolist() == [name for name in ("1-3", "3-4", "4-2") for _ in range(4)]
+    assert times["begin_s"].tolist() == [0, 300, 600, 900] * 3
+    assert times["end_s"].tolist() == [300, 600, 900, 1200] * 3
+    assert times.groupby("link_id")["entries_veh"].sum().tolist() == [100] * 3
+    # all vehicles drive 500, 1000 and 500 m: flow times length and bin
+    driven = times.groupby("link_id")["flow_vph"].sum() / 3600 * 300 * [500, 1000, 500]
+    assert driven.tolist() == pytest.approx([50_000, 100_000, 50_000])
+
+
+def test_bins_are_those_of_the_report_unless_others_are_asked_for(finished: Path) -> None:
+    moments = exported(finished, "vehicles_over_time")
+    assert moments["time_s"].tolist() == [0, 300, 600, 900, 1200]
+    assert moments["completed"].iloc[-1] == 100
+    moments = exported(finished, "vehicles_over_time", "--bin-s", "500")
+    assert moments["time_s"].tolist() == [0, 500, 1000, 1200]
+    # every platoon departs within its share of 30 s
+    od = exported(finished, "od", "--bin-s", "300")
+    assert od["begin_s"].tolist() == [0, 300]
+    assert od["vehicles_demanded"].tolist() == [50, 50]
+
+
+def test_the_file_is_named_as_asked(finished: Path) -> None:
+    place = finished.parent / "pairs.parquet"
+    assert export(finished, "od", "--out", str(place)) == 0
+    assert pd.read_parquet(place)["vehicles_completed"].tolist() == [100]
+    inside = finished / "tables/pairs.csv"
+    assert export(finished, "od") == 0
+    assert export(finished, "od", "--out", str(inside)) == 0
+    assert inside.read_bytes() == (finished / "tables/od.csv").read_bytes()
+
+
+def test_every_fault_is_said_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = str(tmp_path / "gone/table.xlsx")
+    assert export(tmp_path, "turning_count", "--out", out) == 2
+    lines = capsys.readouterr().err.splitlines()
+    expected = (
+        "did you mean turning_counts?",
+        "must end in .csv or .parquet",
+        "no such folder",
+        "only tables/ is for tables",
+        "is no run",
+    )
+    assert len(lines) == len(expected)
+    for line, words in zip(lines, expected, strict=True):
+        assert line.startswith("error: ")
+        assert words in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_like_no_other_gets_the_list(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert export(finished, "xyz") == 2
+    shown = capsys.readouterr().err
+    assert "did you mean" not in shown
+    assert ", ".join(TABLES) in shown
+
+
+@pytest.mark.parametrize(
+    ("name", "format_", "expected"),
+    [
+        ("{run}/events.parquet", None, "only tables/ is for tables"),
+        ("{run}/../../trips.csv", None, "the run was made from this file"),
+        ("{run}/tables/od.csv", "parquet", "must end in .parquet, as --format says"),
+        ("{run}/tables.csv/", None, "is a folder"),
+    ],
+)
+def test_a_file_that_is_no_place_for_a_table(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+    format_: str | None,
+    expected: str,
+) -> None:
+    write_small_run(tmp_path, CONFIG.replace("trips.tntp", "trips.csv"))
+    shutil.move(tmp_path / "trips.tntp", tmp_path / "trips.csv")
+    assert run_small(tmp_path) == 0
+    run = tmp_path / "runs/small"
+    (run / "tables").mkdir()
+    (run / "tables.csv").mkdir()
+    before = files_below(tmp_path)
+    options = [] if format_ is None else ["--format", format_]
+    assert export(run, "od", "--out", name.format(run=run), *options) == 2
+    assert expected in capsys.readouterr().err
+    assert files_below(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", ["events.parquet", "trips.parquet", "network/links.parquet"])
+def test_a_run_whose_files_are_others_is_refused(
+    finished: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    content = (finished / name).read_bytes()
+    (finished / name).write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+    assert export(finished, "od") == 2
+    assert f"{name} is not what the run wrote" in capsys.readouterr().err
+    (finished / name).unlink()
+    assert export(finished, "od") == 2
+    assert f"{name} is missing" in capsys.readouterr().err
+    assert not (finished / "tables").exists()
+
+
+def test_limits_of_another_run_are_refused(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(finished / "trips.parquet", finished / "speed_limits.parquet")
+    assert export(finished, "link_times") == 2
+    assert "speed_limits.parquet is not what the run wrote" in capsys.readouterr().err
+
+
+def test_a_simulation_fed_by_another_network_is_refused(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = json.loads((finished / "manifest.json").read_text())
+    manifest["stages"]["simulate"]["inputs"]["network/links.parquet"]["sha256"] = "0" * 64
+    (finished / "manifest.json").write_text(json.dumps(manifest))
+    assert export(finished, "od") == 2
+    assert "network/links.parquet is not what the run wrote" in capsys.readouterr().err
+
+
+def test_a_run_that_was_not_finished_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_run(tmp_path)
+    assert run_small(tmp_path, command="ingest") == 0
+    run = tmp_path / "runs/small"
+    capsys.readouterr()
+    assert export(run, "od") == 2
+    assert "has not been simulated" in capsys.readouterr().err
+    manifest = json.loads((run / "manifest.json").read_text())
+    manifest["stages"]["simulate"] = {"inputs": {}, "outputs": {}, "problems": ["broke off"]}
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    assert export(run, "od") == 2
+    assert "small: broke off" in capsys.readouterr().err
+
+
+def test_a_manifest_with_keys_that_nobody_knows_is_refused(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = json.loads((finished / "manifest.json").read_text())
+    manifest["run"]["config"]["simulate"]["of_tomorrow"] = 1
+    (finished / "manifest.json").write_text(json.dumps(manifest))
+    assert export(finished, "od") == 2
+    assert "another version" in capsys.readouterr().err
+
+
+def test_neither_sources_nor_pictures_are_needed(finished: Path) -> None:
+    before = exported(finished, "skims")
+    for path in finished.parents[1].glob("*.*"):
+        path.unlink()
+    (finished / "results.gpkg").unlink()
+    pd.testing.assert_frame_equal(exported(finished, "skims"), before)
+
+
+def test_bins_that_a_table_does_not_have(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for table in ("trips", "trip_routes"):
+        assert export(finished, table, "--bin-s", "60") == 2
+        assert f"{table} has no time bins" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("seconds", ["0", "-5", "nan", "inf", "soon"])
+def test_bins_of_no_length(
+    finished: Path, capsys: pytest.CaptureFixture[str], seconds: str
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        export(finished, "od", "--bin-s", seconds)
+    assert end.value.code == 2
+    assert "--bin-s: must be a finite number above 0" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("table", [name for name, table in TABLES.items() if table.has_bins])
+def test_bins_beyond_number(finished: Path, capsys: pytest.CaptureFixture[str], table: str) -> None:
+    assert export(finished, table, "--bin-s", "1e-6") == 2
+    assert "s or more" in capsys.readouterr().err
+    assert not (finished / "tables").exists()
+
+
+def test_a_failure_while_writing_keeps_the_table_of_before(
+    finished: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fill_the_disk(_: pd.DataFrame, path: Path, **__: object) -> None:
+        path.write_text("origin,dest")
+        raise OSError(28, "No space left on device")
+
+    assert export(finished, "od") == 0
+    before = files_below(finished)
+    monkeypatch.setattr(pd.DataFrame, "to_csv", fill_the_disk)
+    capsys.readouterr()
+    assert export(finished, "od") == 1
+    assert "No space left" in capsys.readouterr().err
+    assert files_below(finished) == before
+
+
+def test_a_file_in_the_way_of_the_tables(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (finished / "tables").write_text("in the way")
+    assert export(finished, "od") == 2
+    assert "choose another --out" in capsys.readouterr().err
+
+
+def test_first_lines_of_a_table(finished: Path) -> None:
+    assert export(finished, "turning_counts") == 0
+    text = (finished / "tables/turning_counts.csv").read_text(encoding="utf-8")
+    assert text == "node,from_link,to_link,vehicles\n3,1-3,3-4,100.0\n4,3-4,4-2,100.0\n"
