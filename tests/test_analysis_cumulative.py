@@ -50,6 +50,13 @@ def test_every_moment_at_which_a_curve_rises() -> None:
     assert table["queue"].tolist() == [0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 2.0, 2.0]
 
 
+def test_rounding_lets_no_exit_come_before_its_virtual_departure() -> None:
+    early = float(np.nextafter(60.0, 0.0))
+    result = result_of(ROAD, [Drive("a", "b", 0.0, [("ab", 10, early)])], 120.0)
+    table = cumulative_curves(result, ROAD, "ab", [early])
+    assert table[["virtual_departures", "exits"]].to_numpy().tolist() == [[5.0, 5.0]]
+
+
 def test_a_link_that_nobody_uses_has_flat_curves() -> None:
     table = cumulative_curves(three_platoons(), ROAD, "bc")
     assert table["time_s"].tolist() == [0.0, 120.0]

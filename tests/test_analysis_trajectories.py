@@ -9,14 +9,17 @@ import pytest
 import shapely
 from drives import Drive, crowded_grid, result_of
 from mapped_network import two_way_road
-from small_networks import Q, link, network, run_streams
+from small_networks import Q, demand, link, network, run_streams
 
 import uxsim_geo.analysis.trajectories as module
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.trajectories import LinkLines, trajectories
+from uxsim_geo.control import SpeedLimit
+from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
+from uxsim_geo.settings import Settings
 
 NAN = np.nan
 
@@ -127,6 +130,21 @@ def test_a_queue_creeps_at_the_speed_of_the_diagram() -> None:
     queue = table[table["time_s"].between(300, 500) & table["position"].between(700, 900)]
     # flow 0.4 veh/s: density 0.2 - 0.4 / 5 = 0.12 veh/m, speed 0.4 / 0.12; one platoon in 200 m
     assert queue["speed"].mean() == pytest.approx(0.4 / 0.12, rel=0.02)
+
+
+def test_who_enters_under_a_limit_drives_at_the_limit() -> None:
+    control = [SpeedLimit("ab", 10.0, begin=100.0)]
+    told = Settings(300.0, 5, deterministic=True)
+    result = simulate(ROAD, demand(("a", "b", 0.0, 200.0, 40.0)), told, control=control)
+    table = trajectories(result, ROAD, step_s=5.0)
+    table = table[table["time_s"] < 300.0]
+    entered = result.events.set_index("vehicle")["enter_s"][table["vehicle"]].to_numpy()
+    speed = np.where(entered < 100.0, 20.0, 10.0)
+    assert {10.0, 20.0} == set(speed)
+    assert table["speed"].to_numpy() == pytest.approx(speed)
+    assert table["position"].to_numpy() == pytest.approx(
+        speed * (table["time_s"].to_numpy() - entered)
+    )
 
 
 def test_blocks_leave_no_seam(monkeypatch: pytest.MonkeyPatch) -> None:
