@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pipeline.config import Config
+    from uxsim_geo.analysis.passages import Passages
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
 
@@ -230,9 +231,33 @@ def _skims(run: FinishedRun) -> pd.DataFrame:
     return skims(run.result, run.network, bin_s=run.bin_s, states=_states(run))
 
 
+def _cumulative(run: FinishedRun) -> pd.DataFrame:
+    """The curves of all links, one link after the other, at the edges of the bins."""
+    import numpy as np
+    import pandas as pd
+
+    from uxsim_geo.analysis.bins import checked_bin_edges
+    from uxsim_geo.analysis.cumulative import curves_of_passages
+
+    passages, links = _passages(run), len(run.network.links)
+    duration = run.result.settings.duration
+    edges = checked_bin_edges(duration, run.bin_s)
+    curves = [curves_of_passages(passages, link, duration, edges) for link in range(links)]
+    table = pd.concat(curves, ignore_index=True)
+    ids = run.network.links["link_id"].astype(str).to_numpy()
+    table.insert(0, "link_id", np.repeat(ids, len(edges)))
+    return table
+
+
 def _states(run: FinishedRun) -> pd.DataFrame:
-    from pipeline.report import MOST_STATES
     from uxsim_geo.analysis.link_states import states_of_passages
+
+    return states_of_passages(run.network, _passages(run), run.result.settings.duration, run.bin_s)
+
+
+def _passages(run: FinishedRun) -> Passages:
+    """All link entries, for a table of all links in all bins, which must not be too many."""
+    from pipeline.report import MOST_STATES
     from uxsim_geo.analysis.passages import Passages
 
     result, links = run.result, len(run.network.links)
@@ -241,8 +266,7 @@ def _states(run: FinishedRun) -> pd.DataFrame:
         what = f"--bin-s: too short for {links:,} links; take {math.ceil(shortest)} s or more"
         raise InputError([Fault(what, value=run.bin_s)])
     told = (result.events, result.trips, result.settings, result.speed_limits)
-    passages = Passages.of(run.network, *told)
-    return states_of_passages(run.network, passages, result.settings.duration, run.bin_s)
+    return Passages.of(run.network, *told)
 
 
 class Table(NamedTuple):
@@ -261,6 +285,7 @@ TABLES = {
     "link_times": Table(_link_times, has_bins=True),
     "vehicles_over_time": Table(_vehicles_over_time, has_bins=True),
     "skims": Table(_skims, has_bins=True),
+    "cumulative": Table(_cumulative, has_bins=True),
 }
 
 

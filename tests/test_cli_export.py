@@ -104,6 +104,17 @@ def test_link_times_are_in_seconds_and_the_units_of_their_names(finished: Path) 
     assert driven.tolist() == pytest.approx([50_000, 100_000, 50_000])
 
 
+def test_cumulative_curves_of_all_links_at_the_edges_of_the_bins(finished: Path) -> None:
+    curves = exported(finished, "cumulative", "--bin-s", "600").set_index("link_id")
+    assert curves.index.tolist() == [name for name in ("1-3", "3-4", "4-2") for _ in range(3)]
+    assert curves["time_s"].tolist() == [0, 600, 1200] * 3
+    # all depart before 600 s and are on the first link for 25 s
+    assert curves.loc["1-3", "entries"].tolist() == [0, 100, 100]
+    assert curves.loc["4-2", "exits"].tolist()[::2] == [0, 100]
+    assert (curves.loc["1-3", "exits"].array == curves.loc["3-4", "entries"].array).all()
+    assert (curves["queue"] == curves["virtual_departures"] - curves["exits"]).all()
+
+
 def test_bins_are_those_of_the_report_unless_others_are_asked_for(finished: Path) -> None:
     moments = exported(finished, "vehicles_over_time")
     assert moments["time_s"].tolist() == [0, 300, 600, 900, 1200]
