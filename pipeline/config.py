@@ -205,7 +205,8 @@ class SimulateSection(LocatedSection):
         False, description="ten times as many updates of a tenth of the weight"
     )
     no_cycles: bool = Field(
-        False, description="nobody drives to a node again, unless there is no other way"
+        False,
+        description="nobody drives to a node again, unless all out-links with weight do so",
     )
     deterministic: bool = Field(False, description="no random draws at all, and no noise")
     classes: tuple[ClassEntry, ...] = Field(

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pipeline.config import Config, SimulateSection
 from pipeline.config_keys import ChosenLinks, Section
 from pipeline.yaml_source import Place, YamlSource, place_in_words
-from uxsim_geo.demand.demand import DEFAULT_CLASS
+from uxsim_geo.control.drivers import DEFAULT
 from uxsim_geo.errors import Fault, Faults
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
 
@@ -39,7 +39,7 @@ def class_faults(config: Config, document: YamlSource) -> list[Fault]:
 
 def _faults_of_trips(config: Config, document: YamlSource) -> Iterator[Fault]:
     """Yield a fault for every entry of trips whose class nobody describes."""
-    known = dict.fromkeys([*(one.name for one in config.simulate.classes), DEFAULT_CLASS])
+    known = dict.fromkeys([*(one.name for one in config.simulate.classes), DEFAULT])
     for number, trips in enumerate(config.ingest.trips):
         if trips.driver_class is not None and trips.driver_class not in known:
             place = document.as_written(("ingest", "trips", number, "class"))

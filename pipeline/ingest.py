@@ -86,9 +86,9 @@ def read_sources(section: IngestSection) -> tuple[Network, Demand]:
 
 def _of_class(demand: Demand, name: str | None) -> Demand:
     """Return a demand all of whose rows name a class of drivers."""
-    from uxsim_geo.demand.demand import DEFAULT_CLASS
+    from uxsim_geo.control.drivers import DEFAULT
 
-    return replace(demand, table=demand.table.assign(**{"class": name or DEFAULT_CLASS}))
+    return replace(demand, table=demand.table.assign(**{"class": name or DEFAULT}))
 
 
 def _words(network: Network, demand: Demand) -> str:

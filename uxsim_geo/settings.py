@@ -44,10 +44,9 @@ class Settings:
         nobody drives to a node where it has been before, unless all out-links that have any
         weight lead there
     deterministic
-        no draws, whatever the seed: departures lie in the middle of their share (at its
-        end where demand is truncated), the out-link of
-        the greatest weight is chosen, competing links are served in turn by their merge
-        priorities, and times are without noise
+        no draws, whatever the seed: departures lie in the middle of their share (at its end where
+        demand is truncated), the out-link of the greatest weight is chosen, competing links are
+        served in turn by their merge priorities, and times are without noise
     demand_rounding
         ``conserve`` keeps every vehicle (the last platoon of a pair may be smaller), ``truncate``
         cuts every demand row to whole platoons

@@ -7,8 +7,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.network_states import vehicle_counts
+from uxsim_geo.analysis.samples import checked_moments
 from uxsim_geo.analysis.subsets import chosen_vehicles
-from uxsim_geo.errors import Faults
 from uxsim_geo.result import Result
 
 
@@ -26,8 +26,7 @@ def vehicles_over_time(
     Raises :class:`uxsim_geo.errors.InputError` if ``times`` is empty or leaves the simulation, or
     if ``vehicles`` is empty or not among the trips.
     """
-    moments = np.atleast_1d(np.asarray(times, dtype=float))
-    _check(moments, result.settings.duration)
+    moments = checked_moments(times, result.settings.duration)
     chosen = chosen_vehicles(result.trips, vehicles)
     trips = result.trips[chosen].reset_index(drop=True)
     vehicle = result.events["vehicle"].to_numpy()
@@ -36,13 +35,3 @@ def vehicles_over_time(
     counts = vehicle_counts(events, trips, moments)
     counts.insert(1, "demanded", float(trips["vehicles"].sum()))
     return counts
-
-
-def _check(moments: npt.NDArray[np.float64], duration: float) -> None:
-    faults = Faults()
-    if moments.size == 0:
-        faults.add("is empty: name one moment at least", column="times")
-    for moment in moments[~((moments >= 0) & (moments <= duration))]:
-        what = f"must lie between 0 and the end of the simulation, {duration:g} s"
-        faults.add(what, column="times", value=moment)
-    faults.raise_if_any()

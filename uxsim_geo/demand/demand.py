@@ -9,9 +9,6 @@ import pandas as pd
 #: columns of the demand table, in their order
 DEMAND_COLUMNS = ("origin", "destination", "start_s", "end_s", "vehicles")
 
-#: of drivers, where demand names none
-DEFAULT_CLASS = "default"
-
 
 @dataclass(frozen=True)
 class Demand:

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.demand.demand import DEFAULT_CLASS, Demand
+from uxsim_geo.control.drivers import DEFAULT
+from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.rounding import round_keeping_totals
 from uxsim_geo.draws import DEPARTURE, Keys, combine, text_keys, unit
 from uxsim_geo.settings import Settings
@@ -170,8 +171,8 @@ class _Ends:
 def class_of_rows(table: pd.DataFrame) -> npt.NDArray[np.object_]:
     """Return the class of drivers of every row of a demand table."""
     if "class" not in table:
-        return np.full(len(table), DEFAULT_CLASS, object)
-    return table["class"].astype(object).where(table["class"].notna(), DEFAULT_CLASS).to_numpy()
+        return np.full(len(table), DEFAULT, object)
+    return table["class"].astype(object).where(table["class"].notna(), DEFAULT).to_numpy()
 
 
 def _routes_of_rows(table: pd.DataFrame) -> npt.NDArray[np.object_]:
@@ -224,7 +225,7 @@ def _pair_keys(seed: int, ends: _Ends, kinds: _Kinds) -> Keys:
     node_keys = combine(np.uint64(seed), text_keys(ends.node_ids))
     keys: Keys = combine(node_keys[kinds.origin], node_keys[kinds.destination])
     named = combine(keys, text_keys(ends.class_names)[kinds.driver_class])
-    default = np.array([name == DEFAULT_CLASS for name in ends.class_names], dtype=bool)
+    default = np.array([name == DEFAULT for name in ends.class_names], dtype=bool)
     return np.where(default[kinds.driver_class], keys, named)
 
 

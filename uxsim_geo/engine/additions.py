@@ -10,8 +10,13 @@ import pandas as pd
 
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import Ints, Platoons, make_platoons, weighted_counts
-from uxsim_geo.engine import records
-from uxsim_geo.engine.arrays import Wishes, destinations_of, origin_platoons, trips_of
+from uxsim_geo.engine.arrays import (
+    Wishes,
+    destinations_of,
+    origin_platoons,
+    origin_queues,
+    trips_of,
+)
 from uxsim_geo.engine.records import World
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
@@ -132,13 +137,7 @@ def _with_origins(world: World, nodes: Ints) -> World:
     missing = np.setdiff1d(nodes, links.queue["end_node"][count:])
     if missing.size == 0:
         return world
-    new = np.zeros(missing.size, records.QUEUE)
-    new["end_node"] = missing
-    new["merge_priority"] = 1.0
-    new["chosen_step"] = new["listed_step"] = new["next"] = -1
-    new["choice"] = records.NOTHING
-    new["ready"] = new["feasible"] = new["due"] = np.inf
-    queue = np.concatenate([links.queue, new])
+    queue = np.concatenate([links.queue, origin_queues(missing)])
     node = routes.node.copy()
     ordered = np.sort(queue["end_node"], kind="stable")
     node["first_in"] = np.searchsorted(ordered, np.arange(node.size))

@@ -19,6 +19,9 @@ from uxsim_geo.engine.records import Queues, World
 #: s: what a closed link costs at least, so that it is chosen only where there is no other way
 _CLOSED_COST = 86_400.0
 
+#: quantities that say what passes the ends of links
+_OF_GATES = {"exit_capacity", "entry_capacity", "exit_closed", "entry_closed", "speed_limit"}
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Records = npt.NDArray[Any]
@@ -112,9 +115,7 @@ class Application:
         ``at_once``: nobody knew that something could change now, so that all who are blocked have
         to look again.
         """
-        if changed & {"exit_capacity", "entry_capacity", "exit_closed", "entry_closed"} or (
-            "speed_limit" in changed
-        ):
+        if changed & _OF_GATES:
             self._set_gates(world, levers, time)
         link = world.links.queue[: self.row_of_link.size]
         if "merge_priority" in changed:
@@ -122,14 +123,10 @@ class Application:
         if "node_capacity" in changed:
             nodes = self._set_node_capacities(world.routes.node[:-1], levers, time)
             # nobody may leave in the past over a node that was closed or busy then
-            concerned = np.flatnonzero(np.isin(link["end_node"], nodes))
-            link["exit_open"][concerned] = np.maximum(link["exit_open"][concerned], time)
-            _refresh(world, concerned)
+            _hold_until(world, np.flatnonzero(np.isin(link["end_node"], nodes)), time)
         if changed & {"plan", "phase"}:
-            concerned = self.plans.put(link, levers, self.applied, time)
-            # nobody may leave in the past by a green that was not there then
-            link["exit_open"][concerned] = np.maximum(link["exit_open"][concerned], time)
-            _refresh(world, concerned)
+            # nor by a green that was not there then
+            _hold_until(world, self.plans.put(link, levers, self.applied, time), time)
         if changed & {"toll", "advice", "banned", "entry_closed", "entry_capacity"}:
             self._set_costs(world, levers)
         for quantity in changed:
@@ -147,9 +144,8 @@ class Application:
             limited[order], 1.0 / (road["spacing"] / speed[order] + road["lag"]), np.inf
         )
         most = np.minimum(most, self.site.capacity[order])
-        if (speed != self.applied.speed_limit).any() or limited.any():
-            road["free_speed"] = speed[order]
-            link["free_time"] = road["length"] / speed[order]
+        road["free_speed"] = speed[order]
+        link["free_time"] = road["length"] / speed[order]
         changed = {}
         for gate in self.gates:
             capacity = np.minimum(getattr(levers, f"{gate.field}_capacity")[order], most)
@@ -202,6 +198,13 @@ def _closed(levers: Levers) -> npt.NDArray[np.bool_]:
     """Say which links nobody can enter; shape (links,)."""
     closed: npt.NDArray[np.bool_] = levers.entry_closed | (levers.entry_capacity <= 0)
     return closed
+
+
+def _hold_until(world: World, links: Ints, time: float) -> None:
+    """Let nobody leave these links before this time, whatever would have let them."""
+    exit_open = world.links.queue["exit_open"]
+    exit_open[links] = np.maximum(exit_open[links], time)
+    _refresh(world, links)
 
 
 def _refresh(world: World, changed: Ints) -> None:

@@ -124,7 +124,7 @@ def _roads(links: pd.DataFrame, starts: Ints, ends: Ints, settings: Settings) ->
 def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Settings) -> Records:
     """Make the queues of links and origins, empty."""
     count = len(links)
-    queue = np.zeros(count + origins.size, records.QUEUE)
+    queue = np.concatenate([_empty_queues(count), origin_queues(origins)])
     link = queue[:count]
     link["free_time"] = road["length"] / road["free_speed"]
     link["hole_time"] = (
@@ -140,9 +140,20 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     link["end_node"] = road["to_node"]
     link["base"] = np.arange(count) * _FIRST_RING
     link["mask"] = _FIRST_RING - 1
-    queue["end_node"][count:] = origins
-    queue["merge_priority"][count:] = 1.0
     link["hole"] = -1
+    return queue
+
+
+def origin_queues(nodes: Ints) -> Records:
+    """Make the queues of the origins at some nodes, empty."""
+    queue = _empty_queues(nodes.size)
+    queue["end_node"] = nodes
+    queue["merge_priority"] = 1.0
+    return queue
+
+
+def _empty_queues(count: int) -> Records:
+    queue = np.zeros(count, records.QUEUE)
     queue["ready"] = queue["feasible"] = queue["due"] = np.inf
     queue["choice"] = records.NOTHING
     queue["chosen_step"] = queue["listed_step"] = queue["next"] = -1
