@@ -35,7 +35,7 @@ class Material:
     notes
         of the import, network and demand together
     states
-        of all links in all time bins: :func:`uxsim_geo.analysis.link_states.states_of_passages`
+        of all links in all time bins: :func:`uxsim_geo.analysis.link_states.link_times`
     figures
         of the whole run: :func:`uxsim_geo.analysis.summary.summary`
     """
@@ -77,6 +77,7 @@ STAGE = Stage("report", ("name", "simulate", "report"), _inputs, _run)
 def _read_material(task: Task) -> Material:
     import pandas as pd
 
+    from uxsim_geo.analysis.link_states import link_times
     from uxsim_geo.analysis.summary import summary
     from uxsim_geo.network.files import read_network
     from uxsim_geo.parquet import read_tables
@@ -90,18 +91,9 @@ def _read_material(task: Task) -> Material:
         network=network,
         notes=pd.concat([network.notes, demand_notes], ignore_index=True),
         result=result,
-        states=_states(network, result, task.config.report.bin_s),
-        figures=summary(network, result),
+        states=link_times(result, network, bin_s=task.config.report.bin_s),
+        figures=summary(result, network),
     )
-
-
-def _states(network: Network, result: Result, bin_s: float) -> pd.DataFrame:
-    from uxsim_geo.analysis.link_states import states_of_passages
-    from uxsim_geo.analysis.passages import Passages
-
-    told = (result.events, result.trips, result.settings, result.speed_limits)
-    passages = Passages.of(network, *told)
-    return states_of_passages(network, passages, result.settings.duration, bin_s)
 
 
 def _check_bins(links: int, config: Config) -> None:
@@ -131,7 +123,7 @@ def _write_network_state(material: Material, path: Path) -> None:
     from uxsim_geo.analysis.link_states import link_totals
     from uxsim_geo.export.plots import network_state_figure, save_figure
 
-    totals = link_totals(material.network, material.states)
+    totals = link_totals(material.states)
     save_figure(network_state_figure(material.network, totals, material.config.name), path)
 
 
@@ -139,7 +131,7 @@ def _write_mfd(material: Material, path: Path) -> None:
     from uxsim_geo.analysis.network_states import network_states
     from uxsim_geo.export.plots import mfd_figure, save_figure
 
-    states = network_states(material.network, material.states)
+    states = network_states(material.states, material.network)
     save_figure(mfd_figure(states, material.config.name), path)
 
 

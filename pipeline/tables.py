@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pipeline.config import Config
-    from uxsim_geo.analysis.passages import Passages
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
 
@@ -217,12 +216,10 @@ def _link_times(run: FinishedRun) -> pd.DataFrame:
 
 
 def _vehicles_over_time(run: FinishedRun) -> pd.DataFrame:
-    from uxsim_geo.analysis.bins import checked_bin_edges
+    from uxsim_geo.analysis.bins import bin_edges
     from uxsim_geo.analysis.vehicles_over_time import vehicles_over_time
 
-    return vehicles_over_time(
-        run.result, checked_bin_edges(run.result.settings.duration, run.bin_s)
-    )
+    return vehicles_over_time(run.result, bin_edges(run.result.settings.duration, run.bin_s))
 
 
 def _skims(run: FinishedRun) -> pd.DataFrame:
@@ -236,12 +233,14 @@ def _cumulative(run: FinishedRun) -> pd.DataFrame:
     import numpy as np
     import pandas as pd
 
-    from uxsim_geo.analysis.bins import checked_bin_edges
+    from uxsim_geo.analysis.bins import bin_edges
     from uxsim_geo.analysis.cumulative import curves_of_passages
+    from uxsim_geo.analysis.passages import Passages
 
-    passages, links = _passages(run), len(run.network.links)
+    _check_bins(run)
+    passages, links = Passages.of(run.result, run.network), len(run.network.links)
     duration = run.result.settings.duration
-    edges = checked_bin_edges(duration, run.bin_s)
+    edges = bin_edges(duration, run.bin_s)
     curves = [curves_of_passages(passages, link, duration, edges) for link in range(links)]
     table = pd.concat(curves, ignore_index=True)
     ids = run.network.links["link_id"].astype(str).to_numpy()
@@ -250,23 +249,21 @@ def _cumulative(run: FinishedRun) -> pd.DataFrame:
 
 
 def _states(run: FinishedRun) -> pd.DataFrame:
-    from uxsim_geo.analysis.link_states import states_of_passages
+    from uxsim_geo.analysis.link_states import link_times
 
-    return states_of_passages(run.network, _passages(run), run.result.settings.duration, run.bin_s)
+    _check_bins(run)
+    return link_times(run.result, run.network, bin_s=run.bin_s)
 
 
-def _passages(run: FinishedRun) -> Passages:
-    """All link entries, for a table of all links in all bins, which must not be too many."""
+def _check_bins(run: FinishedRun) -> None:
+    """Refuse a table of all links in all bins that would have too many rows."""
     from pipeline.report import MOST_STATES
-    from uxsim_geo.analysis.passages import Passages
 
-    result, links = run.result, len(run.network.links)
-    shortest = result.settings.duration * links / MOST_STATES
+    links = len(run.network.links)
+    shortest = run.result.settings.duration * links / MOST_STATES
     if run.bin_s < shortest:
         what = f"--bin-s: too short for {links:,} links; take {math.ceil(shortest)} s or more"
         raise InputError([Fault(what, value=run.bin_s)])
-    told = (result.events, result.trips, result.settings, result.speed_limits)
-    return Passages.of(run.network, *told)
 
 
 class Table(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import geopandas as gpd
 import numpy as np
 import pandas as pd
-from newell_link import events_of, network_of, trips_of
+from newell_link import events_of, network_of, result_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
@@ -29,4 +29,6 @@ def two_way_road(crs: str | None = "EPSG:25832", ways: int = 1) -> Network:
 def states_with_a_queue(network: Network) -> pd.DataFrame:
     """10 vehicles enter link 0 and stand at its end; 5 drive through link 1. Two bins of 100 s."""
     events = events_of(network, [(0, 0, 0.0, np.nan), (1, 0, 10.0, np.nan), (2, 1, 10.0, 60.0)])
-    return link_times(network, events, trips_of([{}, {}, {}]), Settings(200.0), 100.0)
+    return link_times(
+        result_of(events, trips_of([{}, {}, {}]), Settings(200.0)), network, bin_s=100.0
+    )

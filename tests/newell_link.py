@@ -9,6 +9,8 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS, Network
+from uxsim_geo.result import Result
+from uxsim_geo.settings import Settings
 
 
 def network_of(rows: Sequence[dict[str, Any]], nodes: Sequence[str] = ("a", "b")) -> Network:
@@ -53,6 +55,7 @@ def trips_of(rows: Sequence[dict[str, Any]]) -> pd.DataFrame:
     usual = {
         "origin": "a",
         "destination": "b",
+        "class": "default",
         "depart_s": 0.0,
         "enter_s": np.nan,
         "arrive_s": np.nan,
@@ -64,7 +67,18 @@ def trips_of(rows: Sequence[dict[str, Any]]) -> pd.DataFrame:
     }
     numbered = [{"vehicle": i, "number": i, **usual, **row} for i, row in enumerate(rows)]
     table = pd.DataFrame(numbered, columns=["vehicle", "number", *usual])
-    return table.astype({"status": "category", "vehicle": "int32"})
+    return table.astype({"status": "category", "class": "category", "vehicle": "int32"})
+
+
+def result_of(
+    events: pd.DataFrame,
+    trips: pd.DataFrame,
+    settings: Settings,
+    speed_limits: pd.DataFrame | None = None,
+) -> Result:
+    """What a run would have left with these tables."""
+    limits = pd.DataFrame() if speed_limits is None else speed_limits
+    return Result(events, trips, settings, 0.0, 0, speed_limits=limits)
 
 
 def random_link(

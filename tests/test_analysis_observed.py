@@ -101,7 +101,7 @@ def test_travel_times_of_links_weigh_by_vehicles() -> None:
 
 def test_a_run_agrees_with_itself() -> None:
     of, result = crowded_grid()
-    table = link_times(of, result.events, result.trips, result.settings, 100.0)
+    table = link_times(result, of, bin_s=100.0)
     observed = table.rename(
         columns={"begin_s": "start_s", "entries": "vehicles"}
     ).sample(frac=1, random_state=2)  # fmt: skip
@@ -109,7 +109,7 @@ def test_a_run_agrees_with_itself() -> None:
     assert found["simulated_vehicles"].tolist() == observed["vehicles"].tolist()
     assert (figures["rmse_vph"], figures["r_squared"]) == (0.0, 1.0)
     assert figures["share_under_geh_5"] == 1.0
-    wide = link_times(of, result.events, result.trips, result.settings, 400.0)
+    wide = link_times(result, of, bin_s=400.0)
     wide = wide.rename(columns={"begin_s": "start_s", "entries": "vehicles"})
     assert compare_counts(wide, table).figures["rmse_vph"] == pytest.approx(0.0, abs=1e-9)
 

@@ -92,9 +92,8 @@ def test_classes_stand_apart_and_a_subset_stands_alone() -> None:
 @pytest.mark.parametrize("options", [{}, {"bin_s": 111.0}, {"bin_s": 1e4}, {"by_class": True}])
 def test_pairs_add_up_to_the_trips_and_to_the_summary(options: dict[str, Any]) -> None:
     network_, result = crowded_grid()
-    table, trips, figures = od_table(result, network_, **options), result.trips, summary(
-        network_, result
-    )  # fmt: skip
+    table, trips = od_table(result, network_, **options), result.trips
+    figures = summary(result, network_)
     for name in ("demanded", "departed", "completed"):
         assert table[f"vehicles_{name}"].sum() == figures[f"vehicles_{name}"], name
     running_or_waiting = figures["vehicles_running"] + figures["vehicles_waiting"]

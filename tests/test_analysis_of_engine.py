@@ -37,18 +37,18 @@ def run() -> tuple[Network, Result]:
 def test_distances_and_times_on_links_are_those_of_the_trips(run: tuple[Network, Result]) -> None:
     network, result = run
     trips, end = result.trips, result.settings.duration
-    states = link_times(network, result.events, trips, result.settings, 77.0)
+    states = link_times(result, network, bin_s=77.0)
     on_links = (trips["arrive_s"].fillna(end) - trips["enter_s"]).fillna(0.0)
     assert set(trips["status"]) == {"completed", "running", "waiting"}
     assert states["time"].sum() == pytest.approx((on_links * trips["vehicles"]).sum())
     driven = (trips["distance_m"] * trips["vehicles"]).sum()
     assert states["distance"].sum() == pytest.approx(driven)
-    assert network_states(network, states)["distance"].sum() == pytest.approx(driven)
+    assert network_states(states, network)["distance"].sum() == pytest.approx(driven)
 
 
 def test_no_link_holds_more_than_it_can(run: tuple[Network, Result]) -> None:
     network, result = run
-    states = link_times(network, result.events, result.trips, result.settings, 20.0)
+    states = link_times(result, network, bin_s=20.0)
     jam = np.repeat(network.links["jam_density"] * network.links["lanes"], 60).to_numpy()
     assert (states["density"] <= jam + 1e-9).all()
     full = states["density"].to_numpy() > 0.6 * jam
@@ -57,7 +57,7 @@ def test_no_link_holds_more_than_it_can(run: tuple[Network, Result]) -> None:
 
 def test_platoons_keep_their_room_in_the_engine_s_queues(run: tuple[Network, Result]) -> None:
     network, result = run
-    passages = Passages.of(network, result.events, result.trips, result.settings)
+    passages = Passages.of(result, network)
     for time in np.arange(50.0, 1200.0, 50.0):
         on = np.flatnonzero((passages.enter < time) & (passages.exit > time))
         position = passages.positions(on, np.full(len(on), time))
@@ -73,7 +73,7 @@ def test_platoons_keep_their_room_in_the_engine_s_queues(run: tuple[Network, Res
 
 def test_the_summary_and_the_counts_agree_with_each_other(run: tuple[Network, Result]) -> None:
     network, result = run
-    figures = summary(network, result)
+    figures = summary(result, network)
     last = vehicle_counts(result.events, result.trips, np.array([1200.0])).iloc[0]
     for status in ("departed", "waiting", "running", "completed", "aborted"):
         assert figures[f"vehicles_{status}"] == last[status], status

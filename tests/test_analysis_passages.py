@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from newell_link import events_of, network_of, random_link, trips_of
+from newell_link import events_of, network_of, random_link, result_of, trips_of
 
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.settings import Settings
@@ -27,7 +27,7 @@ def passages_on(
         network, [(k, 0, e, s) for k, (e, s) in enumerate(zip(enter, leave, strict=True))]
     )
     trips = trips_of([{"vehicles": n} for n in size])
-    return Passages.of(network, events, trips, Settings(1e4, reaction_time=link["tau"]))
+    return Passages.of(result_of(events, trips, Settings(1e4, reaction_time=link["tau"])), network)
 
 
 def full_minimum(
@@ -112,7 +112,7 @@ def test_platoons_still_on_the_link_queue_behind_one_another() -> None:
 def test_links_do_not_feel_each_other_and_any_order_of_questions_will_do() -> None:
     network = network_of([{}, {"length": 500.0}])
     events = events_of(network, [(1, 1, 0.0, 99.0), (0, 0, 3.0, 53.0), (2, 1, 10.0, np.nan)])
-    passages = Passages.of(network, events, trips_of([{}, {}, {}]), Settings(100))
+    passages = Passages.of(result_of(events, trips_of([{}, {}, {}]), Settings(100)), network)
     assert passages.vehicle.tolist() == [0, 1, 2]
     found = passages.positions(np.array([2, 0, 1]), np.array([90.0, 13.0, 90.0]))
     assert found == pytest.approx([475, 200, 500])
@@ -121,5 +121,5 @@ def test_links_do_not_feel_each_other_and_any_order_of_questions_will_do() -> No
 def test_an_event_on_an_unknown_link_is_refused() -> None:
     network = network_of([{}])
     events = events_of(network, [(0, 0, 0.0, 50.0)]).assign(link=pd.Categorical(["elsewhere"]))
-    with pytest.raises(ValueError, match="elsewhere"):
-        Passages.of(network, events, trips_of([{}]), Settings(100))
+    with pytest.raises(ValueError, match="of another run"):
+        Passages.of(result_of(events, trips_of([{}]), Settings(100)), network)

@@ -84,7 +84,7 @@ def test_routes_of_a_run_hang_together_and_are_as_long_as_the_trips() -> None:
 
 def test_trips_of_a_run_add_up_to_its_summary() -> None:
     of, result = crowded_grid()
-    table, figures = trip_summary(result, of), summary(of, result)
+    table, figures = trip_summary(result, of), summary(result, of)
     for column, total in (
         ("travel_time_so_far_s", "total_travel_time_veh_s"),
         ("delay_so_far_s", "total_delay_veh_s"),
@@ -119,7 +119,7 @@ def test_vehicles_over_time_sum_to_the_demand() -> None:
     states = counts[["waiting", "running", "completed", "aborted"]]
     assert states.sum(axis=1).tolist() == counts["departed"].tolist()
     assert (states >= 0).all(axis=None)
-    figures, last = summary(of, result), counts.iloc[-1]
+    figures, last = summary(result, of), counts.iloc[-1]
     for status in ("demanded", "departed", "waiting", "running", "completed", "aborted"):
         assert figures[f"vehicles_{status}"] == last[status], status
 

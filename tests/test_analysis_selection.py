@@ -104,7 +104,7 @@ def test_the_users_of_a_link_make_up_its_entries(row: int) -> None:
     of, result = crowded_grid()
     link_id = of.links["link_id"][row]
     flows = select_link(result, of, link_id)
-    states = link_times(of, result.events, result.trips, result.settings, 1e4)
+    states = link_times(result, of, bin_s=1e4)
     assert flows.links["entries"].tolist() == states["entries"].tolist()
     assert flows.links["share"][row] == 1.0
     assert (flows.links["share"].dropna() <= 1).all()

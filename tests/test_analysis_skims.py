@@ -148,11 +148,11 @@ def test_every_pair_has_every_slice_in_order() -> None:
 
 def test_given_states_are_taken_as_they_are() -> None:
     of, result = crowded_grid()
-    states = link_times(of, result.events, result.trips, result.settings, 150.0)
+    states = link_times(result, of, bin_s=150.0)
     pd.testing.assert_frame_equal(
         skims(result, of, bin_s=150.0, states=states), skims(result, of, bin_s=150.0)
     )
-    crawling = skims(result, of, bin_s=150.0, states=states.assign(speed=2.0))
+    crawling = skims(result, of, bin_s=150.0, states=states.assign(instantaneous_travel_time=150.0))
     assert crawling[INSTANTANEOUS].to_numpy() == pytest.approx(10 * crawling[FREE_FLOW].to_numpy())
     with pytest.raises(InputError, match="states"):
         skims(result, of, bin_s=160.0, states=states)

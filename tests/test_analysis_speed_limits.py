@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from newell_link import events_of, network_of, random_link, trips_of
+from newell_link import events_of, network_of, random_link, result_of, trips_of
 from small_networks import demand, link, network, simulate
 from small_run import CONFIG, run_small, write_small_run
 
-from uxsim_geo.analysis.link_states import link_times, states_of_passages
+from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.summary import summary
 from uxsim_geo.control import LinkCapacity, SpeedLimit
@@ -38,15 +38,15 @@ def passages_on_a_kilometre(
     road = network_of([{}])
     rows = [(k, 0, e, s) for k, (e, s) in enumerate(zip(enter, leave, strict=True))]
     trips = trips_of([{"vehicles": size} for _ in rows])
-    return Passages.of(road, events_of(road, rows), trips, Settings(1e4), limits)
+    return Passages.of(result_of(events_of(road, rows), trips, Settings(1e4), limits), road)
 
 
 def passages_of(road: Network, result: Result) -> Passages:
-    return Passages.of(road, result.events, result.trips, result.settings, result.speed_limits)
+    return Passages.of(result, road)
 
 
 def states_of(road: Network, result: Result, bin_s: float) -> pd.DataFrame:
-    return states_of_passages(road, passages_of(road, result), result.settings.duration, bin_s)
+    return link_times(result, road, bin_s=bin_s)
 
 
 def assert_trajectories_are_sound(passages: Passages, step: float = 0.5) -> None:
@@ -131,8 +131,12 @@ def test_a_run_under_a_limit_reports_it(tmp_path: Path) -> None:
 
 def test_delay_is_against_the_road_without_control_and_a_queue_against_the_limit() -> None:
     # under 10 m/s a platoon of 5 takes 100 s instead of 50 s, and stands in no queue
-    passages = passages_on_a_kilometre([0.0], [100.0], limits_of((0.0, "link 0", 10.0)))
-    states = states_of_passages(network_of([{}]), passages, 120.0, 60.0)
+    road = network_of([{}])
+    limits = limits_of((0.0, "link 0", 10.0))
+    result = result_of(
+        events_of(road, [(0, 0, 0.0, 100.0)]), trips_of([{}]), Settings(120.0), limits
+    )
+    states = link_times(result, road, bin_s=60.0)
     assert states["speed"].to_numpy() == pytest.approx([10, 10])
     assert states["delay"].to_numpy() == pytest.approx([5 * 30, 5 * 20])
     assert states["queue"].tolist() == [0, 0]
@@ -145,7 +149,7 @@ def test_the_summary_counts_the_way_of_those_under_way_at_their_own_speed() -> N
     events = events_of(road, [(0, 0, 0.0, np.nan)])
     limits = limits_of((0.0, "link 0", 10.0))
     result = Result(events, trips, Settings(40.0), 0.0, 0, speed_limits=limits)
-    assert summary(road, result)["total_delay_veh_s"] == pytest.approx(5 * 20)
+    assert summary(result, road)["total_delay_veh_s"] == pytest.approx(5 * 20)
 
 
 def test_a_limit_counts_from_its_moment_and_the_last_one_set_holds() -> None:
@@ -154,7 +158,7 @@ def test_a_limit_counts_from_its_moment_and_the_last_one_set_holds() -> None:
     enter = [5.0, 10.0, 19.9, 20.0, 30.0]
     rows = [(k, 1, e, np.nan) for k, e in enumerate(enter)] + [(5, 0, 25.0, np.nan)]
     trips = trips_of([{} for _ in rows])
-    passages = Passages.of(road, events_of(road, rows), trips, Settings(100), limits)
+    passages = Passages.of(result_of(events_of(road, rows), trips, Settings(100), limits), road)
     assert passages.free_speed.tolist() == [20.0, 20.0, 12.0, 12.0, 8.0, 20.0]
     assert passages.held_by is not None
     assert passages.held_by.tolist() == [-1, -1, -1, -1, -1, 4]
@@ -262,10 +266,9 @@ def test_a_limit_at_the_free_speed_or_elsewhere_changes_no_bit(seed: int) -> Non
     rows = [(k, 0, e, s) for k, (e, s) in enumerate(zip(enter, leave, strict=True))]
     events, trips = events_of(road, rows), trips_of([{"vehicles": n} for n in size])
     settings = Settings(300.0)
-    plain = link_times(road, events, trips, settings, 7.0)
+    plain = link_times(result_of(events, trips, settings), road, bin_s=7.0)
     for limits in (limits_of((0.0, "link 1", 3.0)), limits_of((50.0, "link 0", 20.0))):
-        passages = Passages.of(road, events, trips, settings, limits)
-        limited = states_of_passages(road, passages, settings.duration, 7.0)
+        limited = link_times(result_of(events, trips, settings, limits), road, bin_s=7.0)
         pd.testing.assert_frame_equal(limited, plain, check_exact=True)
 
 

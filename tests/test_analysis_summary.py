@@ -56,7 +56,7 @@ def result_of_every_fate() -> Result:
 
 
 def test_every_fate_counts_as_it_should() -> None:
-    figures = summary(network_of([{}, {}]), result_of_every_fate())
+    figures = summary(result_of_every_fate(), network_of([{}, {}]))
     assert set(figures) == KEYS
     assert figures["vehicles_demanded"] == 20
     assert figures["vehicles_departed"] == 18
@@ -78,7 +78,7 @@ def test_every_fate_counts_as_it_should() -> None:
 def test_nobody_gives_nulls_that_json_can_hold() -> None:
     network = network_of([{}])
     result = Result(events_of(network, []), trips_of([]), Settings(100.0), 0.0, 0)
-    figures = summary(network, result)
+    figures = summary(result, network)
     assert json.loads(json.dumps(figures, allow_nan=False)) == figures
     assert figures["completed"] == {"average_travel_time_s": None, "average_delay_s": None}
     assert figures["average_speed_m_s"] is None
@@ -88,4 +88,4 @@ def test_locked_vehicles_make_a_gridlock() -> None:
     network = network_of([{}, {}])
     free = result_of_every_fate()
     locked = Result(free.events, free.trips, free.settings, free.engine_wall_s, 5)
-    assert summary(network, locked)["gridlocked"] is True
+    assert summary(locked, network)["gridlocked"] is True

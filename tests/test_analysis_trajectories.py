@@ -94,7 +94,7 @@ def test_positions_and_presence_are_those_of_the_closed_form_and_the_events() ->
         assert here["vehicle"].tolist() == there["vehicle"].tolist()
         assert here["link"].tolist() == there["link"].tolist()
 
-    passages = Passages.of(of, result.events, result.trips, result.settings)
+    passages = Passages.of(result, of)
     for row in range(0, passages.link.size, 97):
         link_id = of.links["link_id"][passages.link[row]]
         own = (table["vehicle"] == passages.vehicle[row]) & (table["link"] == link_id)

@@ -70,7 +70,7 @@ def test_turns_of_some() -> None:
 def test_what_leaves_a_link_turns_or_has_arrived(bin_s: float) -> None:
     of, result = crowded_grid()
     turns, routes = turning_counts(result, of, bin_s=bin_s), trip_routes(result)
-    states = link_times(of, result.events, result.trips, result.settings, bin_s)
+    states = link_times(result, of, bin_s=bin_s)
     ends = routes.drop_duplicates("vehicle", keep="last").dropna(subset="exit_s")
     starts = routes.drop_duplicates("vehicle")
     for turn_end, count, others, moment in (

@@ -77,7 +77,7 @@ def test_examples_in_python_run_and_keep_the_ring_moving(
 )
 def test_the_table_of_cures_shows_what_the_runs_give(name: str, shown: str) -> None:
     config = load_config(REPOSITORY / f"configs/{name}.yaml")
-    figures = summary(ring()[0], run(config))
+    figures = summary(run(config), ring()[0])
     hours = figures["total_travel_time_veh_s"] / 3600
     completed, gridlock = figures["vehicles_completed"], figures["gridlocked"]
     assert shown == f"{completed:,} | {hours:,.0f} | {'yes' if gridlock else 'no'}"

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 import pyogrio
 import pytest
-from newell_link import events_of, network_of, trips_of
+from newell_link import events_of, network_of, result_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
@@ -56,7 +56,7 @@ def two_way_road(crs: str | None, *, geometry: bool = True) -> Network:
 def write(path: Path, network: Network, start: datetime = START) -> pd.DataFrame:
     """One platoon drives through in 90 s, the next stays; bins of a minute, the last of 30 s."""
     events = events_of(network, [(0, 0, 5.0, 95.0), (1, 0, 15.0, np.nan)])
-    states = link_times(network, events, trips_of([{}, {}]), Settings(150.0), 60.0)
+    states = link_times(result_of(events, trips_of([{}, {}]), Settings(150.0)), network, bin_s=60.0)
     information = {"seed": 7, "title": 'Nüßler\'s "run"'}
     write_geopackage(path, network, states, RunDescription(start, network.notes, information))
     return states
@@ -118,7 +118,9 @@ def test_the_page_of_columns_names_every_layer_and_column(package: Path) -> None
 
 def test_columns_are_empty_only_where_the_page_says() -> None:
     network = two_way_road("EPSG:25832")
-    states = link_times(network, events_of(network, []), trips_of([]), Settings(100.0), 100.0)
+    states = link_times(
+        result_of(events_of(network, []), trips_of([]), Settings(100.0)), network, bin_s=100.0
+    )
     nobody = ["speed_kmh", "speed_ratio", "experienced_travel_time_s", "delay_s"]
     for layer in (links_layer(network, states, 1.0), link_times_layer(network, states, START)):
         empty = {name for name in layer.columns if layer[name].isna().all()}
@@ -148,7 +150,9 @@ def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
 
 def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path) -> None:
     network = network_of([{}, {"capacity": 0.5}, {"capacity": 9.0, "lanes": 2}])
-    states = link_times(network, events_of(network, []), trips_of([]), Settings(100.0), 100.0)
+    states = link_times(
+        result_of(events_of(network, []), trips_of([]), Settings(100.0)), network, bin_s=100.0
+    )
     settings = Settings(100.0, reaction_time=1.5)
     tabled = links_layer(network, states, settings.reaction_time)["effective_capacity_vph"]
     # one lane: 20 m/s x 0.2 veh/m / (1 + 20 x 1.5 x 0.2) = 4/7 veh/s

@@ -24,7 +24,7 @@ from uxsim_geo.network.network import Network
 
 
 def state_figure(network: Network) -> Figure:
-    return network_state_figure(network, link_totals(network, states_with_a_queue(network)), "t")
+    return network_state_figure(network, link_totals(states_with_a_queue(network)), "t")
 
 
 def drawn_traffic(figure: Figure) -> LineCollection:
@@ -81,7 +81,7 @@ def test_unused_links_stay_on_the_map() -> None:
 
 def test_thousands_are_set_off_by_commas() -> None:
     network = two_way_road()
-    totals = link_totals(network, states_with_a_queue(network)).assign(volume=[2000.0, 1.0])
+    totals = link_totals(states_with_a_queue(network)).assign(volume=[2000.0, 1.0])
     assert "2,000" in legend_texts(network_state_figure(network, totals, "t"))
 
 
@@ -98,7 +98,7 @@ def test_a_network_without_geometry_cannot_be_drawn() -> None:
 
 def test_the_fundamental_diagram_is_in_vehicles_per_hour_and_kilometre() -> None:
     network = two_way_road()
-    states = network_states(network, states_with_a_queue(network))
+    states = network_states(states_with_a_queue(network), network)
     figure = mfd_figure(states, "t")
     points = figure.axes[0].collections[0].get_offsets()
     # first bin: 1975 m x 5 and 1000 m x 5 vehicles; 190 s x 5 and 50 s x 5, on 2 km for 100 s

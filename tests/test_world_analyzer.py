@@ -131,7 +131,7 @@ def test_states_within_links_are_those_of_the_diagram(done: World) -> None:
 
 def test_cells_hold_every_sampled_second(done: World) -> None:
     result = done.result
-    passages = Passages.of(done.network, result.events, result.trips, result.settings)
+    passages = Passages.of(result, done.network)
     samples = Samples.of(passages, 2.0, 1000.0)
     edges = (np.linspace(0, 1000, 8), np.linspace(0, 1000, 7))
     cells = cells_of_link(passages, samples, 0, edges)

@@ -62,7 +62,7 @@ def test_a_scenario_in_files_runs_as_printed_and_as_its_tables_do(
     network = read_uxsim_network(files[0], files[1])
     result = simulate(network, read_uxsim_demand(files[2]), Settings(duration=7200))
     assert result.events.equals(world.result.events)
-    by_function, by_world = summary(network, result), world.analyzer.statistics()
+    by_function, by_world = summary(result, network), world.analyzer.statistics()
     del by_function["engine_wall_s"], by_world["engine_wall_s"]
     assert by_function == by_world
 

@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.passages import Floats, Passages
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import checked_moments
 from uxsim_geo.analysis.subsets import check_links, named_rows
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
@@ -47,9 +48,7 @@ def cumulative_curves(
     check_links(result, network)
     known = pd.Index(network.links["link_id"].astype(str))
     (row,) = named_rows(link, known, "link")
-    passages = Passages.of(
-        network, result.events, result.trips, result.settings, result.speed_limits
-    )
+    passages = Passages.of(result, network)
     duration = result.settings.duration
     moments = None if times is None else checked_moments(times, duration)
     return curves_of_passages(passages, int(row), duration, moments)

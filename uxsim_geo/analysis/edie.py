@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.analysis.types import Floats
 
 
 def edie_states(distance: Floats, time: Floats, area: Floats) -> dict[str, Floats]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from uxsim_geo.analysis.edie import ratio
-from uxsim_geo.analysis.passages import Floats, Integers
+from uxsim_geo.analysis.types import Floats, Integers
 
 
 @dataclass(frozen=True)

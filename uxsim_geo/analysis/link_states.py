@@ -11,47 +11,50 @@ from the closed form in :mod:`uxsim_geo.analysis.passages`.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.analysis.bins import bin_edges, bin_of, cut_at_edges
 from uxsim_geo.analysis.edie import edie_states, ratio
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.pieces import Pieces, Stretches
+from uxsim_geo.analysis.spillback import times_without_room
+from uxsim_geo.analysis.subsets import chosen_vehicles, names_of, rows_of_links
+from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
-from uxsim_geo.settings import Settings
+from uxsim_geo.result import Result
 
 #: a vehicle counts as queued when it is further than this behind its free-flow trajectory, m
 QUEUED_BEHIND = 1e-3
 
+#: share of the free speed at which standing traffic counts as moving, as in route choice
+STANDSTILL = 0.01
 
-def link_times(
+
+def link_times(  # noqa: PLR0913 -- three ways to choose, by keyword alone
+    result: Result,
     network: Network,
-    events: pd.DataFrame,
-    trips: pd.DataFrame,
-    settings: Settings,
-    bin_s: float,
+    *,
+    bin_s: npt.ArrayLike,
+    links: str | Iterable[str] | None = None,
+    vehicles: npt.ArrayLike | None = None,
+    passages: Passages | None = None,
 ) -> pd.DataFrame:
-    """States of all links in all time bins, of a run without speed limits: from its tables.
+    """States of links in time bins: one row a link and bin, links first, SI units.
 
-    As :func:`states_of_passages`, which also knows of limits.
-    """
-    passages = Passages.of(network, events, trips, settings)
-    return states_of_passages(network, passages, settings.duration, bin_s)
-
-
-def states_of_passages(
-    network: Network, passages: Passages, duration: float, bin_s: float
-) -> pd.DataFrame:
-    """States of all links in all time bins: one row a link and bin, links first, SI units.
-
-    The bins are ``bin_s`` seconds long from the start; the last one ends with the simulation, at
-    ``duration`` in seconds, and may be shorter. Vehicles count by their number, not by platoons.
-    Columns:
+    ``bin_s`` is the length of the bins, s, or their edges, as
+    :func:`uxsim_geo.analysis.bins.bin_edges` takes them; ``links`` are link_ids, ``vehicles`` rows
+    of the trips that alone count (None: all). ``passages`` are those of this result, where they are
+    at hand. Vehicles count by their number, not by platoons. Columns:
 
     link_id (categorical, in the order of the links), begin_s, end_s
     entries, exits
-        vehicles that entered or left the link in [begin, end)
+        vehicles that entered or left the link in [begin, end); the last bin holds its end too
     distance (veh·m), time (veh·s)
         what the vehicles drove and spent on the link
     flow (veh/s), density (veh/m, all lanes together), speed (m/s)
@@ -61,43 +64,64 @@ def states_of_passages(
         a speed limit too
     experienced_travel_time (s)
         mean time spent on the link by those who left it in this bin, NaN if nobody did
+    instantaneous_travel_time (s)
+        length / speed; at free speed where the link is empty, and at least at a hundredth of that
     queue (veh)
         vehicles on the link at the end of the bin which are behind the trajectory they would have
         at their own free speed, the limit in force when they entered: they have met the tail of a
         queue, or others who must drive slower, whether they stand or creep now
     queue_length (m)
         from the tail of the rearmost of those to the end of the link
+    spillback_share
+        part of the bin in which nobody could enter, whoever is counted, for want of room
+        (:func:`uxsim_geo.analysis.spillback.times_without_room`): 0 to 1
+    volume_to_capacity
+        flow / capacity of the link without control, the lower of the given one and the diagram's
 
-    Raises ValueError if ``bin_s`` is not above 0.
+    Raises :class:`uxsim_geo.errors.InputError` for wrong bins, if ``links`` or ``vehicles`` are
+    empty or not there, or if the result is of another network.
     """
-    edges = bin_edges(duration, bin_s)
-    pieces = _cut_at_edges(passages, edges)
-    grid = _Grid(len(network.links), len(edges) - 1)
+    edges = bin_edges(result.settings.duration, bin_s)
+    rows = rows_of_links(network, links)
+    weight = chosen_vehicles(result.trips, vehicles).astype(float)
+    if passages is None:
+        passages = Passages.of(result, network)
+    number = np.full(len(network.links), -1, np.int64)
+    number[rows] = np.arange(len(rows))
+    grid = _Grid(number, len(rows), edges)
+    seen = np.flatnonzero((number[passages.link] >= 0) & (weight[passages.vehicle] > 0))
+    pieces = Pieces.of(passages, Stretches.over_links(passages, seen), edges)
     sums = _accumulate(passages, pieces, grid)
-    sums |= _count_ends(passages, edges, grid)
-    sums |= _queues(passages, pieces, edges, grid)
-    return _table(network, edges, sums)
+    sums |= _count_ends(passages, seen, grid)
+    sums |= _queues(passages, pieces, grid)
+    closures = times_without_room(passages, network, result.settings)
+    parts = cut_at_edges(closures.begin, closures.end, edges)
+    full = grid.add_up(closures.link[parts.interval], parts.bin, parts.end - parts.begin)
+    capacity = effective_capacity(network.links, result.settings.reaction_time)[rows]
+    return _table(network, rows, grid, sums | {"full": full}, capacity)
 
 
-def link_totals(network: Network, states: pd.DataFrame) -> pd.DataFrame:
-    """Whole-run figures, one row a link in the order of the links table, SI units.
+def link_totals(states: pd.DataFrame) -> pd.DataFrame:
+    """Figures of all bins together, one row a link in the order of ``states``, SI units.
 
-    ``states`` is what :func:`link_times` returns for the same network. Columns: link_id, volume
-    (vehicles that entered), exits, distance (veh·m), time (veh·s), speed (m/s, distance / time,
-    NaN if nobody came), delay (veh·s), experienced_travel_time (s, mean of those who left),
-    queue and queue_length (the largest found at the end of a bin: veh, m).
+    ``states`` is what :func:`link_times` returns. Columns: link_id, volume (vehicles that entered),
+    exits, distance (veh·m), time (veh·s), speed (m/s, distance / time, NaN if nobody came), delay
+    (veh·s), experienced_travel_time (s, mean of those who left), queue and queue_length (the
+    largest found at the end of a bin: veh, m), spillback_share, volume_to_capacity (of the whole
+    time).
     """
-    links = len(network.links)
+    links = states["link_id"].nunique()
 
     def by_link(column: str) -> Floats:
         return states[column].to_numpy(float).reshape(links, -1)
 
+    length_of_bin = by_link("end_s") - by_link("begin_s")
     exits = by_link("exits")
     distance, time = by_link("distance").sum(axis=1), by_link("time").sum(axis=1)
     on_link = np.nan_to_num(by_link("experienced_travel_time")) * exits
     return pd.DataFrame(
         {
-            "link_id": network.links["link_id"].astype(str).to_numpy(),
+            "link_id": states["link_id"].astype(str).to_numpy().reshape(links, -1)[:, 0],
             "volume": by_link("entries").sum(axis=1),
             "exits": exits.sum(axis=1),
             "distance": distance,
@@ -107,72 +131,49 @@ def link_totals(network: Network, states: pd.DataFrame) -> pd.DataFrame:
             "experienced_travel_time": ratio(on_link.sum(axis=1), exits.sum(axis=1)),
             "queue": by_link("queue").max(axis=1),
             "queue_length": by_link("queue_length").max(axis=1),
+            **{
+                name: np.average(by_link(name), axis=1, weights=length_of_bin)
+                for name in ("spillback_share", "volume_to_capacity")
+            },
         }
     )
 
 
-def bin_edges(duration: float, bin_s: float) -> Floats:
-    """Edges of the time bins, s: multiples of ``bin_s``, and the end of the simulation last."""
-    if not bin_s > 0:
-        raise ValueError(f"a time bin must be longer than 0 s, not {bin_s}")
-    bins = max(1, int(np.ceil(duration / bin_s - 1e-9)))
-    return np.append(np.arange(bins) * bin_s, duration)
-
-
 @dataclass(frozen=True)
 class _Grid:
-    """The table's rows: links first, bins within."""
+    """The table's rows: links first, bins within.
 
+    number (per row of the links table: which of the table's links it is, -1: none), links, edges
+    (of the bins, s).
+    """
+
+    number: Integers
     links: int
-    bins: int
+    edges: Floats
+
+    @property
+    def bins(self) -> int:
+        return len(self.edges) - 1
+
+    def _cells(self, link: Integers, bin_: Integers) -> tuple[Integers, Integers]:
+        """The cell of each pair that is on the grid, and which pairs those are."""
+        number = self.number[link]
+        inside = np.flatnonzero((number >= 0) & (bin_ >= 0))
+        return number[inside] * self.bins + bin_[inside], inside
 
     def add_up(self, link: Integers, bin_: Integers, values: Floats) -> Floats:
-        cell = link * self.bins + bin_
-        sums = np.bincount(cell, weights=values, minlength=self.links * self.bins)
+        cell, inside = self._cells(link, bin_)
+        sums = np.bincount(cell, weights=values[inside], minlength=self.links * self.bins)
         return sums.astype(np.float64, copy=False)
 
     def largest(self, link: Integers, bin_: Integers, values: Floats) -> Floats:
+        cell, inside = self._cells(link, bin_)
         result = np.zeros(self.links * self.bins)
-        np.maximum.at(result, link * self.bins + bin_, values)
+        np.maximum.at(result, cell, values[inside])
         return result
 
 
-@dataclass(frozen=True)
-class _Pieces:
-    """Passages cut at the edges of the bins: one entry a passage and bin that it touches.
-
-    row (of the passage), bin, time (s spent), distance (m driven), position (m, at the end of the
-    piece), cut (True: the platoon is still on the link when the bin ends).
-    """
-
-    row: Integers
-    bin: Integers
-    time: Floats
-    distance: Floats
-    position: Floats
-    cut: np.ndarray
-
-
-def _cut_at_edges(passages: Passages, edges: Floats) -> _Pieces:
-    bins, end = len(edges) - 1, edges[-1]
-    enter, leave = np.minimum(passages.enter, end), np.minimum(passages.exit, end)
-    first = np.minimum(np.searchsorted(edges, enter, side="right") - 1, bins - 1)
-    last = np.maximum(np.searchsorted(edges, leave, side="left") - 1, first)
-    pieces = last - first + 1
-    row = np.repeat(np.arange(len(enter)), pieces)
-    start_of_row = np.cumsum(pieces) - pieces
-    bin_ = np.arange(len(row)) - np.repeat(start_of_row - first, pieces)
-    begin = np.maximum(enter[row], edges[bin_])
-    until = np.minimum(leave[row], edges[bin_ + 1])
-    cut = passages.exit[row] > until
-    position = passages.geometry.length[passages.link[row]]
-    position[cut] = passages.positions(row[cut], until[cut])
-    came_from = np.roll(position, 1)
-    came_from[start_of_row] = 0.0
-    return _Pieces(row, bin_, until - begin, position - came_from, position, cut)
-
-
-def _accumulate(passages: Passages, pieces: _Pieces, grid: _Grid) -> dict[str, Floats]:
+def _accumulate(passages: Passages, pieces: Pieces, grid: _Grid) -> dict[str, Floats]:
     """Distance and time of all vehicles per cell, and what was lost against free speed.
 
     That is the free speed without control: what a limit costs is delay.
@@ -187,32 +188,26 @@ def _accumulate(passages: Passages, pieces: _Pieces, grid: _Grid) -> dict[str, F
     }
 
 
-def _count_ends(passages: Passages, edges: Floats, grid: _Grid) -> dict[str, Floats]:
+def _count_ends(passages: Passages, seen: Integers, grid: _Grid) -> dict[str, Floats]:
     """Vehicles that entered and left per cell, and how long the leavers had been on the link."""
-
-    def count(times: Floats, weights: Floats) -> Floats:
-        inside = times <= edges[-1]
-        bin_ = np.searchsorted(edges, times[inside], side="right") - 1
-        bin_ = np.minimum(bin_, grid.bins - 1)
-        return grid.add_up(passages.link[inside], bin_, weights[inside])
-
-    with np.errstate(invalid="ignore"):
-        on_link = passages.vehicles * (passages.exit - passages.enter)
-    exits = count(passages.exit, passages.vehicles)
+    link, vehicles = passages.link[seen], passages.vehicles[seen]
+    enter, leave = passages.enter[seen], passages.exit[seen]
+    left = np.where(np.isinf(leave), enter, leave) - enter
+    out = bin_of(leave, grid.edges)
+    exits = grid.add_up(link, out, vehicles)
     return {
-        "entries": count(passages.enter, passages.vehicles),
+        "entries": grid.add_up(link, bin_of(enter, grid.edges), vehicles),
         "exits": exits,
-        "experienced_travel_time": ratio(count(passages.exit, on_link), exits),
+        "experienced_travel_time": ratio(grid.add_up(link, out, vehicles * left), exits),
     }
 
 
-def _queues(passages: Passages, pieces: _Pieces, edges: Floats, grid: _Grid) -> dict[str, Floats]:
+def _queues(passages: Passages, pieces: Pieces, grid: _Grid) -> dict[str, Floats]:
     """Vehicles behind their free-flow trajectory at the end of each bin, and how far they reach."""
-    row, bin_, position = (x[pieces.cut] for x in (pieces.row, pieces.bin, pieces.position))
+    free = passages.free_speed[pieces.row] * (pieces.until - passages.enter[pieces.row])
+    queued = pieces.cut & (free - pieces.position > QUEUED_BEHIND)
+    row, bin_, position = pieces.row[queued], pieces.bin[queued], pieces.position[queued]
     geometry, link = passages.geometry, passages.link[row]
-    free = passages.free_speed[row] * (edges[bin_ + 1] - passages.enter[row])
-    queued = free - position > QUEUED_BEHIND
-    row, bin_, position, link = row[queued], bin_[queued], position[queued], link[queued]
     length, vehicles = geometry.length[link], passages.vehicles[row]
     reach = np.minimum(length, length - position + vehicles * geometry.space_shift[link])
     return {
@@ -221,25 +216,31 @@ def _queues(passages: Passages, pieces: _Pieces, edges: Floats, grid: _Grid) -> 
     }
 
 
-def _table(network: Network, edges: Floats, sums: dict[str, Floats]) -> pd.DataFrame:
-    links, bins = len(network.links), len(edges) - 1
-    link_ids = pd.Index(network.links["link_id"].astype(str).to_numpy())
-    area = (network.links["length"].to_numpy(float)[:, None] * np.diff(edges)).ravel()
+def _table(
+    network: Network, rows: Integers, grid: _Grid, sums: dict[str, Floats], capacity: Floats
+) -> pd.DataFrame:
+    bins, edges = grid.bins, grid.edges
+    length, free = (network.links[name].to_numpy(float)[rows] for name in ("length", "free_speed"))
+    duration = np.tile(np.diff(edges), len(rows))
+    states = edie_states(sums["distance"], sums["time"], np.repeat(length, bins) * duration)
+    speed, free = states["speed"], np.repeat(free, bins)
+    moving = np.where(np.isnan(speed), free, np.clip(speed, STANDSTILL * free, free))
     return pd.DataFrame(
         {
-            "link_id": pd.Categorical.from_codes(
-                np.repeat(np.arange(links), bins), categories=link_ids
-            ),
-            "begin_s": np.tile(edges[:-1], links),
-            "end_s": np.tile(edges[1:], links),
+            "link_id": names_of(np.repeat(rows, bins), network.links["link_id"]),
+            "begin_s": np.tile(edges[:-1], len(rows)),
+            "end_s": np.tile(edges[1:], len(rows)),
             "entries": sums["entries"],
             "exits": sums["exits"],
             "distance": sums["distance"],
             "time": sums["time"],
-            **edie_states(sums["distance"], sums["time"], area),
+            **states,
             "delay": sums["delay"],
             "experienced_travel_time": sums["experienced_travel_time"],
+            "instantaneous_travel_time": np.repeat(length, bins) / moving,
             "queue": sums["queue"],
             "queue_length": sums["queue_length"],
+            "spillback_share": np.minimum(sums["full"] / duration, 1.0),
+            "volume_to_capacity": states["flow"] / np.repeat(capacity, bins),
         }
     )

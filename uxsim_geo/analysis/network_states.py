@@ -6,25 +6,27 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.edie import edie_states
-from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.network import Network
 
 
-def network_states(network: Network, states: pd.DataFrame) -> pd.DataFrame:
-    """Average flow and density of the whole network in every time bin, for the MFD.
+def network_states(states: pd.DataFrame, network: Network) -> pd.DataFrame:
+    """Average flow and density of the network, or a part of it, in every time bin, for the MFD.
 
     ``states`` is what :func:`uxsim_geo.analysis.link_states.link_times` returns for the same
-    network. With d and t the distance and time of all vehicles in a bin of length T and the total
-    lane length Λ = Σ length · lanes (Edie 1963; Geroliminis and Daganzo 2008):
+    network, of all links or some: those make up the part. With d and t the distance and time of all
+    vehicles in a bin of length T and the total lane length Λ = Σ length · lanes of those links
+    (Edie 1963; Geroliminis and Daganzo 2008):
 
         flow = d / (Λ T)  (veh/s per lane)      density = t / (Λ T)  (veh/m per lane)
 
     Columns: begin_s, end_s, distance (veh·m), time (veh·s), flow, density, speed (m/s; NaN while
     the network is empty), delay (veh·s), queue (veh, on links at the end of the bin).
     """
-    links = network.links
+    ids = states["link_id"].unique().astype(str)
+    links = network.links[network.links["link_id"].astype(str).isin(ids)]
     lane_length = float((links["length"] * links["lanes"]).sum())
-    bins = len(states) // len(links)
+    bins = len(states) // len(ids)
 
     def by_bin(column: str) -> Floats:
         sums: Floats = states[column].to_numpy(float).reshape(-1, bins).sum(axis=0)

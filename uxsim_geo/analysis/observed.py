@@ -33,7 +33,7 @@ from uxsim_geo.analysis.observations import (
     add_of_rows,
     check_observations,
 )
-from uxsim_geo.analysis.passages import Floats, Integers
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 
 HOUR = 3600.0

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.bins import bin_of, checked_bin_edges
+from uxsim_geo.analysis.bins import bin_edges, bin_of
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.passages import Floats, Integers
 from uxsim_geo.analysis.subsets import chosen_vehicles, names_of, node_rows
 from uxsim_geo.analysis.trips import trip_summary
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
@@ -24,22 +24,25 @@ def od_table(
     result: Result,
     network: Network,
     *,
-    bin_s: float | None = None,
+    bin_s: npt.ArrayLike | None = None,
     by_class: bool = False,
     vehicles: npt.ArrayLike | None = None,
 ) -> pd.DataFrame:
     """Trips of every pair that has any, with their times, delays, distances and tolls.
 
-    ``vehicles`` are rows of the trips (None: all). Rows are ordered by origin and destination (in
-    the order of the nodes table), class (in that of its categories) and departure. A platoon
-    counts by its vehicles; all but the counts and the total are means per vehicle. Columns:
+    ``vehicles`` are rows of the trips (None: all), ``bin_s`` the length of the slices, s, or their
+    edges, as of :func:`uxsim_geo.analysis.bins.bin_edges`. Rows are ordered by origin and
+    destination (in the order of the nodes table), class (in that of its categories) and departure.
+    A platoon counts by its vehicles; all but the counts and the total are means per vehicle.
+    Columns:
 
     origin, destination (node_id, categorical)
     class (categorical)
         with ``by_class``
     begin_s, end_s
         with ``bin_s``: the slice of the wish to depart; who wanted to depart after the end of the
-        simulation is in a slice of its own, from there to infinity
+        simulation is in a slice of its own, from there to infinity. Edges that do not go from the
+        start to the end leave out who wanted to depart before the first or after the last
     vehicles_demanded, vehicles_departed, vehicles_completed, vehicles_unfinished, vehicles_aborted
         the unfinished wait or run at the end; departed are the three together, demanded those
         who wanted to depart after the end too
@@ -60,13 +63,16 @@ def od_table(
     Raises :class:`uxsim_geo.errors.InputError` for a wrong bin, if ``vehicles`` is empty or not
     among the trips, or if the result is of another network.
     """
-    edges = None if bin_s is None else checked_bin_edges(result.settings.duration, bin_s)
+    edges = None if bin_s is None else bin_edges(result.settings.duration, bin_s)
     chosen = chosen_vehicles(result.trips, vehicles)
     trips = trip_summary(result, network, vehicles=vehicles)
+    slices = _slices(trips, edges, result.settings.duration)
+    inside = slices >= 0
+    rows, trips, slices = np.flatnonzero(chosen)[inside], trips[inside], slices[inside]
     classes = pd.Categorical(trips["class"])
-    keys = [node_rows(result, network, end)[chosen] for end in ("origin", "destination")]
+    keys = [node_rows(result, network, end)[rows] for end in ("origin", "destination")]
     keys += [classes.codes.astype(np.int64)] if by_class else []
-    keys += [] if edges is None else [_slices(trips, edges)]
+    keys += [] if edges is None else [slices]
     groups = Groups.of(*keys)
     ids = network.nodes["node_id"]
     names: dict[str, Any] = {
@@ -78,14 +84,28 @@ def od_table(
     if edges is not None:
         slice_ = groups.keys[-1]
         names |= {"begin_s": edges[slice_], "end_s": np.append(edges[1:], np.inf)[slice_]}
-    departed = (trips["depart_s"] <= result.settings.duration).to_numpy()
-    return pd.DataFrame(names | _counts(trips, departed, groups) | _means(trips, departed, groups))
+    return pd.DataFrame(names | od_of_groups(trips, groups, result.settings.duration))
 
 
-def _slices(trips: pd.DataFrame, edges: Floats) -> Integers:
-    """The slice of each departure; one more than there are for those after the end."""
+def od_of_groups(trips: pd.DataFrame, groups: Groups, duration: float) -> dict[str, Floats]:
+    """The columns of :func:`od_table` from vehicles_demanded on, of any groups of trips.
+
+    ``trips`` are rows of :func:`uxsim_geo.analysis.trips.trip_summary`, ``groups`` says in which
+    group each of them is, ``duration`` is that of the simulation, s.
+    """
+    departed = (trips["depart_s"] <= duration).to_numpy()
+    return _counts(trips, departed, groups) | _means(trips, departed, groups)
+
+
+def _slices(trips: pd.DataFrame, edges: Floats | None, duration: float) -> Integers:
+    """The slice of each departure, -1: none; one more than there are for those after the end."""
     depart = trips["depart_s"].to_numpy(float)
-    return np.where(depart > edges[-1], len(edges) - 1, bin_of(depart, edges))
+    if edges is None:
+        return np.zeros(len(depart), np.int64)
+    slices = bin_of(depart, edges)
+    if edges[-1] < duration:
+        return slices
+    return np.where(depart > duration, len(edges) - 1, slices)
 
 
 def _counts(

@@ -6,11 +6,9 @@ A limit holds for those who enter a link while it is in force, and for their who
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+from uxsim_geo.analysis.types import Floats, Integers
 
 
 def own_free_speeds(

@@ -28,15 +28,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.own_speeds import last_no_faster, own_free_speeds
+from uxsim_geo.analysis.subsets import link_rows
+from uxsim_geo.analysis.types import Floats as Floats
+from uxsim_geo.analysis.types import Integers as Integers
+from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
+from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class Passages:
     before), free_speed (m/s, its own: the limit in force when it entered, else that of the link),
     first (per link and one more: where its passages begin), geometry (of the links), held_by (the
     last passage before it that is no faster, as :func:`last_no_faster` tells; None: there were no
-    speed limits).
+    speed limits), end (of the simulation, s).
     """
 
     link: Integers
@@ -87,31 +88,25 @@ class Passages:
     first: Integers
     geometry: LinkGeometry
     held_by: Integers | None
+    end: float
 
     @classmethod
-    def of(
-        cls,
-        network: Network,
-        events: pd.DataFrame,
-        trips: pd.DataFrame,
-        settings: Settings,
-        speed_limits: pd.DataFrame | None = None,
-    ) -> Passages:
-        """Sort the events by link; ``speed_limits`` as in a Result, None: there were none.
+    def of(cls, result: Result, network: Network) -> Passages:
+        """Sort the events of a run by link.
 
-        Raises ValueError if an event or a limit names a link that the network does not have.
+        Raises :class:`uxsim_geo.errors.InputError` if the events or limits are of another network.
         """
-        link_ids, geometry = network.links["link_id"], LinkGeometry.of(network, settings)
-        limits = pd.DataFrame() if speed_limits is None else speed_limits
-        limited = _rows_of_links(limits["link"], link_ids) if len(limits) else np.empty(0, np.int64)
-        link = _rows_of_links(events["link"], link_ids)
+        links = link_rows(result, network)
+        events, limits = result.events, result.speed_limits
+        geometry = LinkGeometry.of(network, result.settings)
+        limited = _limited_links(limits, network)
         enter = events["enter_s"].to_numpy(float)
         exit_ = events["exit_s"].to_numpy(float)
         exit_ = np.where(np.isnan(exit_), np.inf, exit_)
-        order = np.lexsort((exit_, enter, link))
-        link, enter = link[order], enter[order]
+        order = np.lexsort((exit_, enter, links))
+        link, enter = links[order], enter[order]
         vehicle = events["vehicle"].to_numpy(np.int64)[order]
-        vehicles = trips["vehicles"].to_numpy(float)[vehicle]
+        vehicles = result.trips["vehicles"].to_numpy(float)[vehicle]
         first = np.searchsorted(link, np.arange(len(network.links) + 1))
         own = own_free_speeds(link, enter, geometry.free_speed, limits, limited)
         return cls(
@@ -125,6 +120,7 @@ class Passages:
             first=first,
             geometry=geometry,
             held_by=last_no_faster(own, first, np.unique(limited)) if limited.size else None,
+            end=result.settings.duration,
         )
 
     def positions(self, rows: Integers, times: Floats) -> Floats:
@@ -211,16 +207,16 @@ class Passages:
         return unfelt
 
 
-def _rows_of_links(names: pd.Series, link_ids: pd.Series) -> Integers:
-    """Row of the links table for every event."""
-    index = pd.Index(link_ids.astype(str))
-    if isinstance(names.dtype, pd.CategoricalDtype):
-        rows = index.get_indexer(names.cat.categories.astype(str))[names.cat.codes.to_numpy()]
-    else:
-        rows = index.get_indexer(pd.Index(names.astype(str).to_numpy()))
-    if (rows < 0).any():
-        unknown = sorted(set(names[rows < 0].astype(str)))
-        raise ValueError(f"events name {len(unknown)} links that the network lacks: {unknown[:5]}")
+def _limited_links(limits: pd.DataFrame, network: Network) -> Integers:
+    """Row of the links table of every limit."""
+    if not len(limits):
+        return np.empty(0, np.int64)
+    ids = pd.Index(network.links["link_id"].astype(str))
+    rows = ids.get_indexer(pd.Index(limits["link"].astype(str)))
+    faults = Faults("speed_limits")
+    for name in pd.unique(limits["link"][rows < 0]):
+        faults.add("the network has no such link: are they of another run?", value=name)
+    faults.raise_if_any()
     return rows.astype(np.int64)
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 
 

@@ -10,8 +10,8 @@ import pandas as pd
 
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.passages import Integers
-from uxsim_geo.analysis.subsets import Booleans, link_rows, named_rows, names_of, node_rows
+from uxsim_geo.analysis.subsets import link_rows, named_rows, names_of, node_rows
+from uxsim_geo.analysis.types import Booleans, Integers
 from uxsim_geo.demand.loading import zone_nodes
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.bins import bin_of, checked_bin_edges
+from uxsim_geo.analysis.bins import bin_edges, bin_of
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.link_states import states_of_passages
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
-from uxsim_geo.analysis.subsets import check_links, named_rows, names_of, node_rows
+from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.subsets import named_rows, names_of, node_rows
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -21,15 +21,12 @@ from uxsim_geo.result import Result
 #: rows of a table of skims; more would take several GB
 MOST_ROWS = 20_000_000
 
-#: share of the free speed at which standing traffic counts as moving, as in route choice
-STANDSTILL = 0.01
-
 
 def skims(
     result: Result,
     network: Network,
     *,
-    bin_s: float,
+    bin_s: npt.ArrayLike,
     nodes: Iterable[str] | None = None,
     states: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
@@ -37,7 +34,7 @@ def skims(
 
     ``nodes`` are the node_ids to go between (None: from all where a trip starts to all where one
     ends). ``states`` are the links by time bins of ``bin_s``, as
-    :func:`uxsim_geo.analysis.link_states.states_of_passages` gives them (None: found here). One
+    :func:`uxsim_geo.analysis.link_states.link_times` gives them (None: found here). One
     row a pair of different nodes and a slice, ordered by origin and destination (in the order of
     the nodes table) and time:
 
@@ -58,7 +55,7 @@ def skims(
     Raises :class:`uxsim_geo.errors.InputError` for a wrong bin, unknown or no nodes, a table
     of over 20 million rows, states of other bins, or a result of another network.
     """
-    edges = checked_bin_edges(result.settings.duration, bin_s)
+    edges = bin_edges(result.settings.duration, bin_s)
     origin, destination = (node_rows(result, network, end) for end in ("origin", "destination"))
     if nodes is None:
         ends = (np.unique(origin), np.unique(destination))
@@ -66,7 +63,7 @@ def skims(
         ids = pd.Index(network.nodes["node_id"].astype(str))
         ends = (named_rows(nodes, ids, "nodes"),) * 2
     _check_size(ends, edges)
-    times = _link_times(result, network, edges, states)
+    times = _times_by_slice(result, network, edges, states)
     paths = _Paths.of(network)
     free_flow = paths.fastest(network.links["length"] / network.links["free_speed"], ends)
     instantaneous = np.stack([paths.fastest(time, ends) for time in times], axis=-1)
@@ -92,7 +89,7 @@ class _Departures:
         size = (*(len(end) for end in self.ends), len(self.edges) - 1)
         depart = trips["depart_s"].to_numpy(float)
         meant = np.isin(self.origin, self.ends[0]) & np.isin(self.destination, self.ends[1])
-        meant &= depart <= self.edges[-1]
+        meant &= bin_of(depart, self.edges) >= 0
         start, end = (
             np.searchsorted(rows, at[meant])
             for rows, at in zip(self.ends, (self.origin, self.destination), strict=True)
@@ -172,26 +169,20 @@ def _check_size(ends: tuple[Integers, Integers], edges: Floats) -> None:
     faults.raise_if_any()
 
 
-def _link_times(
+def _times_by_slice(
     result: Result, network: Network, edges: Floats, states: pd.DataFrame | None
 ) -> Floats:
     """Time to drive each link at its speed in each slice, s; shape (slices, links)."""
     if states is None:
-        check_links(result, network)
-        told = (result.events, result.trips, result.settings, result.speed_limits)
-        passages = Passages.of(network, *told)
-        duration = result.settings.duration
-        states = states_of_passages(network, passages, duration, float(edges[1] - edges[0]))
-    length, free = (network.links[name].to_numpy(float) for name in ("length", "free_speed"))
-    begin = np.tile(edges[:-1], len(length))
+        states = link_times(result, network, bin_s=edges)
+    begin = np.tile(edges[:-1], len(network.links))
     if not np.array_equal(begin, states["begin_s"].to_numpy(float)):
         faults = Faults("states")
         faults.add("must hold all links of the network in all bins of bin_s", column="begin_s")
         faults.raise_if_any()
-    speed = states["speed"].to_numpy(float).reshape(len(length), -1).T
-    speed = np.where(np.isnan(speed), free, np.clip(speed, STANDSTILL * free, free))
-    times: Floats = length / speed
-    return times
+    times = states["instantaneous_travel_time"].to_numpy(float)
+    by_slice: Floats = times.reshape(len(network.links), -1).T
+    return by_slice
 
 
 def _long_form(

@@ -12,12 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.passages import Integers
+from uxsim_geo.analysis.types import Booleans, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
-
-Booleans = npt.NDArray[np.bool_]
 
 
 def chosen_vehicles(trips: pd.DataFrame, vehicles: npt.ArrayLike | None) -> Booleans:
@@ -60,6 +58,13 @@ def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> In
             faults.add("there is none of this name", column=argument, value=name)
     faults.raise_if_any()
     return np.sort(rows).astype(np.int64)
+
+
+def rows_of_links(network: Network, links: str | Iterable[str] | None) -> Integers:
+    """Rows of the links table of some link_ids (None: all), ascending; errors as there."""
+    if links is None:
+        return np.arange(len(network.links))
+    return named_rows(links, pd.Index(network.links["link_id"].astype(str)), "links")
 
 
 def link_rows(result: Result, network: Network) -> Integers:

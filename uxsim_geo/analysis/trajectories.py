@@ -17,9 +17,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.bins import MOST_BINS
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import Samples, checked_moments, numbered_from, seen_at
 from uxsim_geo.analysis.subsets import check_links, chosen_vehicles, named_rows, names_of
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -63,9 +64,7 @@ def trajectories(  # noqa: PLR0913 -- three ways to choose, by keyword alone
     duration = result.settings.duration
     moments = _moments(times, step_s, duration)
     check_links(result, network)
-    passages = Passages.of(
-        network, result.events, result.trips, result.settings, result.speed_limits
-    )
+    passages = Passages.of(result, network)
     rows = _chosen_passages(result, network, passages, vehicles, links)
     lines = None
     if "geometry" in network.links.columns:

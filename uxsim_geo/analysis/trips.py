@@ -7,8 +7,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.network_states import trip_ends
-from uxsim_geo.analysis.passages import Floats, Integers
 from uxsim_geo.analysis.subsets import chosen_vehicles, link_rows
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 

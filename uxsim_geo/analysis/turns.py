@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.bins import bin_of, checked_bin_edges
+from uxsim_geo.analysis.bins import bin_edges, bin_of
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.passages import Floats, Integers
-from uxsim_geo.analysis.subsets import Booleans, chosen_vehicles, link_rows, names_of
+from uxsim_geo.analysis.subsets import chosen_vehicles, link_rows, names_of
 from uxsim_geo.analysis.trips import driving_order
+from uxsim_geo.analysis.types import Booleans, Floats, Integers
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
@@ -21,12 +21,13 @@ def turning_counts(
     result: Result,
     network: Network,
     *,
-    bin_s: float | None = None,
+    bin_s: npt.ArrayLike | None = None,
     vehicles: npt.ArrayLike | None = None,
 ) -> pd.DataFrame:
     """Vehicles by node, link they came from and link they went to.
 
-    ``vehicles`` are rows of the trips (None: all). One row a turn that somebody made, ordered by
+    ``vehicles`` are rows of the trips (None: all), ``bin_s`` the length of time bins, s, or their
+    edges: moves outside of those do not count. One row a turn that somebody made, ordered by
     node, from_link, to_link (in the order of the network's tables) and time: node (node_id),
     from_link, to_link (link_id; all three categorical) and vehicles; with ``bin_s`` also begin_s
     and end_s of the time bin of the move, that in which from_link was left. The start and the end
@@ -35,14 +36,14 @@ def turning_counts(
     Raises :class:`uxsim_geo.errors.InputError` for a wrong bin, if ``vehicles`` is empty or not
     among the trips, or if the result is of another network.
     """
-    edges = None if bin_s is None else checked_bin_edges(result.settings.duration, bin_s)
-    chosen = chosen_vehicles(result.trips, vehicles)
-    moves = _moves(result, network, chosen)
+    edges = None if bin_s is None else bin_edges(result.settings.duration, bin_s)
+    moves = _moves(result, network, chosen_vehicles(result.trips, vehicles))
+    slices = np.zeros(len(moves.time), np.int64) if edges is None else bin_of(moves.time, edges)
+    inside = slices >= 0
     node = _end_nodes(network)
     by_node = np.argsort(node, kind="stable")
-    keys = [np.argsort(by_node)[moves.from_link], moves.to_link]
-    keys += [] if edges is None else [bin_of(moves.time, edges)]
-    groups = Groups.of(*keys)
+    keys = (np.argsort(by_node)[moves.from_link], moves.to_link, slices)
+    groups = Groups.of(*(key[inside] for key in keys))
     from_link = by_node[groups.keys[0]]
     link_ids = network.links["link_id"]
     table: dict[str, Any] = {
@@ -53,7 +54,7 @@ def turning_counts(
     if edges is not None:
         slice_ = groups.keys[2]
         table |= {"begin_s": edges[slice_], "end_s": edges[slice_ + 1]}
-    weight = result.trips["vehicles"].to_numpy(float)[moves.vehicle]
+    weight = result.trips["vehicles"].to_numpy(float)[moves.vehicle[inside]]
     return pd.DataFrame(table | {"vehicles": groups.total(weight)})
 
 

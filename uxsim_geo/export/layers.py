@@ -30,7 +30,7 @@ def links_layer(
     effective_capacity_vph what holds: the lower of that and the diagram's for ``reaction_time`` in
     seconds (empty where that is None).
     """
-    links, totals = network.links.reset_index(drop=True), link_totals(network, states)
+    links, totals = network.links.reset_index(drop=True), link_totals(states)
     layer = links[["link_id", "from_node_id", "to_node_id", "name", "road_class"]].copy()
     layer["length_m"] = links["length"]
     layer["lanes"] = links["lanes"]

@@ -28,7 +28,7 @@ class Analyzer(Figures):
 
     def statistics(self) -> dict[str, Any]:
         """Return the figures of the run so far: :func:`uxsim_geo.analysis.summary.summary`."""
-        return summary(self._network, self._result)
+        return summary(self._result, self._network)
 
     def basic_to_pandas(self) -> pd.DataFrame:
         """One row of figures: :func:`uxsim_geo.world.tables.basic_table`."""
@@ -44,7 +44,7 @@ class Analyzer(Figures):
 
     def mfd_to_pandas(self) -> pd.DataFrame:
         """One row a time bin: :func:`uxsim_geo.world.tables.mfd_table`."""
-        return tables.mfd_table(network_states(self._network, self._states))
+        return tables.mfd_table(network_states(self._states, self._network))
 
     def vehicle_trip_to_pandas(self) -> pd.DataFrame:
         """One row a platoon: :func:`uxsim_geo.world.tables.trip_table`."""

@@ -100,7 +100,7 @@ class Figures(Sight):
             network = replace(network, links=network.links[chosen])
             states = states[states["link_id"].isin(names)]
         title = figtitle or f"{self.W.name or 'network'}: fundamental diagram"
-        figure = mfd_figure(network_states(network, states), title)
+        figure = mfd_figure(network_states(states, network), title)
         if figsize is not None:
             figure.set_size_inches(figsize)
         return pictures.finish(self.W, figure, f"mfd{fname}")
@@ -134,7 +134,7 @@ class Figures(Sight):
         from uxsim_geo.export.plots import network_state_figure
 
         pictures.check_looks(looks)
-        totals = link_totals(self._network, self._states)
+        totals = link_totals(self._states)
         title = f"{self.W.name or 'network'}: 0 to {self._result.settings.duration:,.0f} s"
         return pictures.finish(
             self.W, network_state_figure(self._network, totals, title), "network_average"

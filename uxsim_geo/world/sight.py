@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.link_states import bin_edges, states_of_passages
+from uxsim_geo.analysis.bins import bin_edges
+from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.errors import Fault, InputError
@@ -53,15 +54,12 @@ class Sight:
         return self._states_of_bins(self.W.EULAR_DT)
 
     def _states_of_bins(self, bin_s: float) -> pd.DataFrame:
-        longest = self._result.settings.duration
-        return states_of_passages(self._network, self._passages, longest, min(bin_s, longest))
+        bin_s = min(bin_s, self._result.settings.duration)
+        return link_times(self._result, self._network, bin_s=bin_s, passages=self._passages)
 
     @cached_property
     def _passages(self) -> Passages:
-        result = self._result
-        return Passages.of(
-            self._network, result.events, result.trips, result.settings, result.speed_limits
-        )
+        return Passages.of(self._result, self._network)
 
     @cached_property
     def _samples(self) -> Samples:

@@ -1,0 +1,202 @@
+"""Parts of a network, as figures are wanted of them: by polygons, by zones, by nodes.
+
+An area is a name with link_ids, or with node_ids: a mapping of those is what the functions here
+make and take. Areas may overlap, and need not cover the network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.analysis.groups import Groups
+from uxsim_geo.analysis.network_states import network_states
+from uxsim_geo.analysis.od import od_of_groups
+from uxsim_geo.analysis.subsets import named_rows, node_rows
+from uxsim_geo.analysis.trips import trip_summary
+from uxsim_geo.analysis.types import Booleans
+from uxsim_geo.demand.loading import zone_nodes
+from uxsim_geo.errors import Faults, InputError
+from uxsim_geo.network.network import Network
+from uxsim_geo.result import Result
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+#: name of each area → its link_ids or node_ids
+Areas = Mapping[str, Iterable[str]]
+
+PARTS = ("touching", "inside")
+
+
+def zone_areas(network: Network) -> dict[str, list[str]]:
+    """The node_ids at which trips of each zone start or end, by zone, in the order of the nodes."""
+    ends = [
+        zone_nodes(network, end).set_axis(["zone", "node"], axis=1)
+        for end in ("origin", "destination")
+    ]
+    pairs = pd.concat(ends).drop_duplicates()
+    rows = pd.Index(network.nodes["node_id"].astype(str)).get_indexer(pd.Index(pairs["node"]))
+    pairs = pairs.assign(row=rows).sort_values("row", kind="stable")
+    return {str(zone): own["node"].tolist() for zone, own in pairs.groupby("zone", sort=False)}
+
+
+def nodes_in_polygons(
+    network: Network, polygons: gpd.GeoDataFrame, name: str
+) -> dict[str, list[str]]:
+    """The node_ids within or on each of some polygons, by their column ``name``.
+
+    Polygons of one name are one area. Raises :class:`uxsim_geo.errors.InputError` if the network
+    has no coordinates, if ``polygons`` have no such column, a null geometry, or a CRS that the
+    network's does not go with.
+    """
+    placed = _placed(network, polygons, name)
+    return _within(placed, name, network.nodes, "node_id", "intersects")
+
+
+def links_in_polygons(
+    network: Network,
+    polygons: gpd.GeoDataFrame,
+    name: str,
+    *,
+    part: Literal["touching", "inside"] = "inside",
+) -> dict[str, list[str]]:
+    """The link_ids that lie inside of (or touch) each of some polygons, by their column ``name``.
+
+    Errors as of :func:`nodes_in_polygons`, and for another ``part``.
+    """
+    if part not in PARTS:
+        faults = Faults()
+        faults.add(f"must be {' or '.join(PARTS)}", column="part", value=part)
+        faults.raise_if_any()
+    placed = _placed(network, polygons, name)
+    predicate = "covers" if part == "inside" else "intersects"
+    return _within(placed, name, network.links, "link_id", predicate)
+
+
+def links_of_nodes(network: Network, areas: Areas, *, border: bool = True) -> dict[str, list[str]]:
+    """The link_ids with one end (``border``: False: both ends) at the nodes of each area.
+
+    Raises :class:`uxsim_geo.errors.InputError` for an area that is empty or names a node that is
+    not there.
+    """
+    links = network.links
+    ends = [links[name].astype(str) for name in ("from_node_id", "to_node_id")]
+    found = {}
+    for name, rows in _rows(areas, network.nodes["node_id"]).items():
+        own = network.nodes["node_id"].astype(str).iloc[rows]
+        start, end = (column.isin(own) for column in ends)
+        found[name] = links.loc[start | end if border else start & end, "link_id"].astype(str)
+    return {name: ids.tolist() for name, ids in found.items()}
+
+
+def area_states(states: pd.DataFrame, network: Network, areas: Areas) -> pd.DataFrame:
+    """Flow, density and speed of areas in every time bin: a fundamental diagram for each.
+
+    ``states`` is what :func:`uxsim_geo.analysis.link_states.link_times` returns, ``areas`` names
+    links of it. One row an area and bin, areas in the order given: area (categorical), links
+    (their number), and the columns of
+    :func:`uxsim_geo.analysis.network_states.network_states`.
+
+    Raises :class:`uxsim_geo.errors.InputError` for an area that is empty or names a link that is
+    not among the states.
+    """
+    known = states["link_id"].unique().astype(str)
+    link = states["link_id"].astype(str).to_numpy()
+    tables = []
+    for name, rows in _rows(areas, pd.Series(known)).items():
+        own = network_states(states[np.isin(link, known[rows])], network)
+        own.insert(0, "links", len(rows))
+        own.insert(0, "area", name)
+        tables.append(own)
+    table = pd.concat(tables, ignore_index=True)
+    return table.assign(area=pd.Categorical(table["area"], categories=list(areas)))
+
+
+def area_pairs(result: Result, network: Network, areas: Areas) -> pd.DataFrame:
+    """Trips between areas: one row a pair that has any, in the order given.
+
+    ``areas`` names nodes; a trip between nodes of several areas counts for each pair of them.
+    Columns: origin_area, destination_area (categorical) and those of
+    :func:`uxsim_geo.analysis.od.od_table` from vehicles_demanded on.
+
+    Raises :class:`uxsim_geo.errors.InputError` for an area that is empty or names a node that is
+    not there, or if the result is of another network.
+    """
+    rows = _rows(areas, network.nodes["node_id"])
+    trips = trip_summary(result, network)
+    origin, destination = (
+        _memberships(node_rows(result, network, end), rows) for end in ("origin", "destination")
+    )
+    trip, start = np.nonzero(origin)
+    number, end = np.nonzero(destination[trip])
+    trip, start = trip[number], start[number]
+    groups = Groups.of(start, end)
+    names: dict[str, Any] = {
+        f"{name}_area": pd.Categorical.from_codes(key, categories=pd.Index(list(rows)))
+        for name, key in zip(("origin", "destination"), groups.keys, strict=True)
+    }
+    figures = od_of_groups(trips.iloc[trip], groups, result.settings.duration)
+    return pd.DataFrame(names | figures)
+
+
+def _memberships(at: np.ndarray, areas: dict[str, np.ndarray]) -> Booleans:
+    """Whether each trip's node is in each area; shape (trips, areas)."""
+    inside = [np.isin(at, rows) for rows in areas.values()]
+    return np.stack(inside, axis=1)
+
+
+def _rows(areas: Areas, ids: pd.Series) -> dict[str, np.ndarray]:
+    """Rows of the elements of every area; raises with all that is not known."""
+    faults = Faults()
+    if not areas:
+        faults.add("is empty: name one at least", column="areas")
+    known, rows = pd.Index(ids.astype(str)), {}
+    for name, members in areas.items():
+        try:
+            rows[str(name)] = named_rows(members, known, f"areas[{name}]")
+        except InputError as error:
+            faults.found += error.faults
+    faults.raise_if_any()
+    return rows
+
+
+def _placed(network: Network, polygons: gpd.GeoDataFrame, name: str) -> gpd.GeoDataFrame:
+    """Polygons in the CRS of the network."""
+    faults = Faults("polygons")
+    crs = getattr(network.links, "crs", None)
+    if "geometry" not in network.links.columns or "geometry" not in network.nodes.columns:
+        faults.add("the network has no coordinates: there is nothing to find inside of polygons")
+    if name not in polygons.columns:
+        known = ", ".join(str(column) for column in polygons.columns)
+        faults.add(f"there is no such column; there are {known}", column=name)
+    for row in np.flatnonzero(polygons.geometry.isna()):
+        faults.add(f"row {row}: has no geometry", column="geometry")
+    if (polygons.crs is None) != (crs is None):
+        lacking = "the polygons" if polygons.crs is None else "the network"
+        faults.add(f"{lacking} have no CRS, so that the two cannot be laid on one another")
+    faults.raise_if_any()
+    return polygons if crs is None else polygons.to_crs(crs)
+
+
+def _within(
+    polygons: gpd.GeoDataFrame,
+    name: str,
+    table: pd.DataFrame,
+    id_column: str,
+    predicate: str,
+) -> dict[str, list[str]]:
+    """Ids of the elements that lie so to the polygons of every name; none: an empty list."""
+    import shapely
+
+    tree = shapely.STRtree(np.asarray(table["geometry"]))
+    polygon, element = tree.query(polygons.geometry.to_numpy(), predicate=predicate)
+    ids = table[id_column].astype(str).to_numpy()
+    names = polygons[name].astype(str).to_numpy()
+    return {
+        str(one): ids[np.unique(element[names[polygon] == one])].tolist()
+        for one in dict.fromkeys(names)
+    }
