@@ -241,7 +241,7 @@ def _cumulative(run: FinishedRun) -> pd.DataFrame:
     passages, links = Passages.of(run.result, run.network), len(run.network.links)
     duration = run.result.settings.duration
     edges = bin_edges(duration, run.bin_s)
-    curves = [curves_of_passages(passages, link, duration, edges) for link in range(links)]
+    curves = [curves_of_passages(passages, link, edges) for link in range(links)]
     table = pd.concat(curves, ignore_index=True)
     ids = run.network.links["link_id"].astype(str).to_numpy()
     table.insert(0, "link_id", np.repeat(ids, len(edges)))

@@ -53,7 +53,7 @@ def test_a_scenario_in_files_runs_as_printed_and_as_its_tables_do(
         source = shared / "data" / "uxsim" / f"siouxfalls_{part}.csv"
         shutil.copy(source, folder / "dat" / source.name)
     world = run("files")
-    assert "[528 rows x 10 columns]" in capsys.readouterr().out
+    assert "[528 rows x 11 columns]" in capsys.readouterr().out
     assert (folder / "outsf" / "anim_network0.gif").stat().st_size > 10_000
 
     from uxsim_csv import read_uxsim_demand, read_uxsim_network
@@ -70,7 +70,7 @@ def test_a_scenario_in_files_runs_as_printed_and_as_its_tables_do(
 def test_a_grid_under_control_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     world = run("grid")
     out = capsys.readouterr().out
-    assert "[31 rows x 10 columns]" in out
+    assert "[31 rows x 11 columns]" in out
     assert not (folder / "out_grid").exists()
     trips = world.result.trips
     # one pair is asked for twice

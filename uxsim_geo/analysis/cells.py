@@ -36,14 +36,15 @@ def space_time_cells(  # noqa: PLR0913 -- what to look at, and how finely, by ke
     network: Network,
     *,
     bin_s: npt.ArrayLike,
-    cell_m: float,
+    cell_m: npt.ArrayLike,
     links: str | Iterable[str] | None = None,
     vehicles: npt.ArrayLike | None = None,
     passages: Passages | None = None,
 ) -> pd.DataFrame:
     """States in cells of time and place: one row a link, bin and cell, in that order, SI units.
 
-    Every link is cut into the fewest equal parts of at most ``cell_m`` metres. ``bin_s``,
+    Every link is cut into the fewest equal parts of at most ``cell_m`` metres: one number, or one a
+    link of the table, in its order. ``bin_s``,
     ``links``, ``vehicles`` and ``passages`` are as of
     :func:`uxsim_geo.analysis.link_states.link_times`. Columns: link_id (categorical), begin_s,
     end_s, begin_m, end_m (from the start of the link), distance (veh·m), time (veh·s), flow
@@ -68,18 +69,21 @@ def space_time_cells(  # noqa: PLR0913 -- what to look at, and how finely, by ke
     return _table(network, (rows, parts, first), edges, total)
 
 
-def _parts(length: Floats, cell_m: float, bins: int) -> Integers:
+def _parts(length: Floats, cell_m: npt.ArrayLike, bins: int) -> Integers:
     """How many cells each link has."""
-    faults = Faults()
-    if not 0 < cell_m < float("inf"):
-        faults.add("must be a finite number of metres above 0", column="cell_m", value=cell_m)
-        faults.raise_if_any()
-    parts = np.maximum(1, np.ceil(length / cell_m - 1e-9))
+    size, faults = np.asarray(cell_m, dtype=float), Faults()
+    if size.shape not in ((), length.shape):
+        what = f"must be one number, or one for each of {len(length)} links"
+        faults.add(what, column="cell_m", value=size.shape)
+    for wrong in np.unique(size[~((size > 0) & np.isfinite(size))]):
+        faults.add("must be a finite number of metres above 0", column="cell_m", value=wrong)
+    faults.raise_if_any()
+    parts: Integers = np.maximum(1, np.ceil(length / size - 1e-9)).astype(np.int64)
     if (rows := parts.sum() * bins) > MOST_ROWS:
         what = f"makes {rows:,.0f} rows: take longer cells, longer bins or fewer links"
         faults.add(what, column="cell_m", value=cell_m)
     faults.raise_if_any()
-    return parts.astype(np.int64)
+    return parts
 
 
 def _blocks(passages: Passages, rows: Integers, parts: Integers) -> Iterator[slice]:

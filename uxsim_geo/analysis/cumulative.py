@@ -49,13 +49,12 @@ def cumulative_curves(
     known = pd.Index(network.links["link_id"].astype(str))
     (row,) = named_rows(link, known, "link")
     passages = Passages.of(result, network)
-    duration = result.settings.duration
-    moments = None if times is None else checked_moments(times, duration)
-    return curves_of_passages(passages, int(row), duration, moments)
+    moments = None if times is None else checked_moments(times, passages.end)
+    return curves_of_passages(passages, int(row), moments)
 
 
 def curves_of_passages(
-    passages: Passages, link: int, duration: float, moments: Floats | None = None
+    passages: Passages, link: int, moments: Floats | None = None
 ) -> pd.DataFrame:
     """The table of :func:`cumulative_curves` of the link in row ``link`` of the links table."""
     own = slice(passages.first[link], passages.first[link + 1])
@@ -64,8 +63,8 @@ def curves_of_passages(
     # exits at free flow may differ from this in the last digit, and must not come before it
     rises = {"entries": enter, "virtual_departures": np.minimum(free, leave), "exits": leave}
     if moments is None:
-        moments = np.unique(np.concatenate(([0.0, duration], *rises.values())))
-        moments = moments[moments <= duration]
+        moments = np.unique(np.concatenate(([0.0, passages.end], *rises.values())))
+        moments = moments[moments <= passages.end]
     curves = {name: _curve(times, vehicles, moments) for name, times in rises.items()}
     queue = curves["virtual_departures"] - curves["exits"]
     return pd.DataFrame({"time_s": moments} | curves | {"queue": queue})

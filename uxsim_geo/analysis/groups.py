@@ -45,6 +45,11 @@ class Groups:
         counted = np.where(weights > 0, values, 0.0)
         return ratio(self.total(weights * counted), self.total(weights))
 
+    def deviation(self, values: Floats, weights: Floats) -> Floats:
+        """Weighted standard deviation in every group, NaN where there is no weight."""
+        mean = self.mean(values, weights)[self.number]
+        return np.sqrt(self.mean((values - mean) ** 2, weights))
+
     def percentiles(
         self, values: Floats, weights: Floats, percents: Sequence[float]
     ) -> list[Floats]:

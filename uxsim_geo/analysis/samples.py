@@ -1,4 +1,4 @@
-"""Where platoons are at chosen moments, and densities by place and time from that."""
+"""Where platoons are at chosen moments."""
 
 from __future__ import annotations
 
@@ -103,40 +103,3 @@ def numbered_from(first: Integers, counts: Integers) -> Integers:
     before = np.cumsum(counts) - counts
     numbers: Integers = np.arange(counts.sum()) + np.repeat(first - before, counts)
     return numbers
-
-
-@dataclass(frozen=True)
-class Cells:
-    """States of one link by time and place; matrices have the shape (times, places).
-
-    time, place
-        edges of the cells: s, and m from the start of the link
-    density, speed
-        veh/m of the whole link; m/s, NaN where nobody was seen
-    """
-
-    time: Floats
-    place: Floats
-    density: Floats
-    speed: Floats
-
-
-def cells_of_link(
-    passages: Passages, samples: Samples, link: int, edges: tuple[Floats, Floats]
-) -> Cells:
-    """Gather the samples of a link (its row) in cells with edges in time (s) and place (m).
-
-    Each sample stands for its platoon's vehicles for one interval: the density is their sum times
-    the interval over the area of the cell, exact as the cells grow against the interval.
-    """
-    time, place = edges
-    own = passages.link[samples.row] == link
-    vehicles = passages.vehicles[samples.row[own]]
-    points = (samples.time[own], np.minimum(samples.position[own], np.nextafter(place[-1], 0.0)))
-    seen, _, _ = np.histogram2d(*points, bins=[time, place], weights=vehicles)
-    driven, _, _ = np.histogram2d(
-        *points, bins=[time, place], weights=vehicles * samples.speed[own]
-    )
-    area = np.diff(time)[:, None] * np.diff(place)[None, :]
-    speed = np.divide(driven, seen, out=np.full(seen.shape, np.nan), where=seen > 0)
-    return Cells(time, place, seen * samples.interval / area, speed)

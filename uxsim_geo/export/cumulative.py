@@ -36,7 +36,7 @@ def cumulative_figure(
     from matplotlib.figure import Figure
 
     (link,) = rows_of_links(network, [link_id])
-    table = curves_of_passages(passages, int(link), duration)
+    table = curves_of_passages(passages, int(link))
     time = table["time_s"].to_numpy()
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()

@@ -219,6 +219,11 @@ class Scenario(Roads):
         vehicle = self._vehicles.get(name)
         return None if vehicle is None else vehicle.row
 
+    def rows_of_added_vehicles(self) -> dict[str, int]:
+        """Rows of the trips of vehicles that were added by themselves, by their names."""
+        rows = {name: vehicle.row for name, vehicle in self._vehicles.items()}
+        return {name: row for name, row in rows.items() if row is not None}
+
     def twins(self, vehicle: AddedVehicle) -> int:
         """How many vehicles the simulation knows that share both ends and the departure."""
         coming = sum(other.moment == vehicle.moment for other in self._new_vehicles)

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from uxsim_geo.analysis.cells import space_time_cells
 from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.network_states import network_states
-from uxsim_geo.analysis.samples import Samples, cells_of_link
+from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.errors import Faults
 from uxsim_geo.world import pictures, values
 from uxsim_geo.world.links import Link
@@ -20,6 +21,11 @@ from uxsim_geo.world.sight import AnyLink, Sight
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
+
+    from uxsim_geo.export.density import State
+
+#: of states, in names of files
+SHORT = {"density": "k", "flow": "q", "speed": "v"}
 
 
 class Figures(Sight):
@@ -43,9 +49,7 @@ class Figures(Sight):
         figsize: tuple[float, float] = (12, 4),
     ) -> list[Figure]:
         """Draw the trajectories along links that follow one another; several such rows if given."""
-        single = all(isinstance(one, Link | str) for one in linkslist)
-        rows: Any = [linkslist] if single else linkslist
-        return self._routes([_joined(self._links(row, least=1)) for row in rows], figsize)
+        return self._routes(self._rows_of_links(linkslist), figsize)
 
     def time_space_diagram_density(
         self,
@@ -53,15 +57,32 @@ class Figures(Sight):
         figsize: tuple[float, float] = (12, 4),
     ) -> list[Figure]:
         """Draw the density by time and place of each of some links, or of all."""
-        from uxsim_geo.export.density import density_figure
+        return [self._state_of_route([link], "density", figsize) for link in self._links(links)]
 
-        figures = []
-        for link in self._links(links):
-            edges = self._cell_edges(link)
-            cells = cells_of_link(self._passages, self._samples, link.id, edges)
-            figure = density_figure(cells, link.name, link.jam_density, figsize)
-            figures.append(pictures.finish(self.W, figure, f"tsd_k_{link.name}"))
-        return figures
+    def time_space_diagram_flow(
+        self,
+        links: AnyLink | Iterable[AnyLink] | None = None,
+        figsize: tuple[float, float] = (12, 4),
+    ) -> list[Figure]:
+        """Draw the flow by time and place of each of some links, or of all."""
+        return [self._state_of_route([link], "flow", figsize) for link in self._links(links)]
+
+    def time_space_diagram_speed(
+        self,
+        links: AnyLink | Iterable[AnyLink] | None = None,
+        figsize: tuple[float, float] = (12, 4),
+    ) -> list[Figure]:
+        """Draw the speed by time and place of each of some links, or of all."""
+        return [self._state_of_route([link], "speed", figsize) for link in self._links(links)]
+
+    def time_space_diagram_state_links(
+        self,
+        linkslist: Sequence[AnyLink] | Sequence[Sequence[AnyLink]],
+        state: State = "density",
+        figsize: tuple[float, float] = (12, 4),
+    ) -> list[Figure]:
+        """Draw density, flow or speed along links that follow one another; rows of them too."""
+        return [self._state_of_route(row, state, figsize) for row in self._rows_of_links(linkslist)]
 
     def cumulative_curves(
         self,
@@ -201,6 +222,31 @@ class Figures(Sight):
         frame_ms = speed * _checked("speed_coef", speed_coef, above=0.0)
         animate_vehicles(self._network, self._passages, samples.where(shown), path, frame_ms)
         return path
+
+    def _rows_of_links(
+        self, linkslist: Sequence[AnyLink] | Sequence[Sequence[AnyLink]]
+    ) -> list[list[Link]]:
+        single = all(isinstance(one, Link | str) for one in linkslist)
+        rows: Any = [linkslist] if single else linkslist
+        return [_joined(self._links(row, least=1)) for row in rows]
+
+    def _state_of_route(
+        self, route: Sequence[Link], state: State, figsize: tuple[float, float]
+    ) -> Figure:
+        from uxsim_geo.export.density import space_time_states_figure
+
+        names = [link.name for link in route]
+        sizes = {link.id: self._cell_size(link) for link in route}
+        cells = space_time_cells(
+            self._result,
+            self._network,
+            bin_s=min(self.W.EULAR_DT, self._result.settings.duration),
+            cell_m=[sizes[link] for link in sorted(sizes)],
+            links=names,
+            passages=self._passages,
+        )
+        figure = space_time_states_figure(self._network, cells, names, state, figsize)
+        return pictures.finish(self.W, figure, f"tsd_{SHORT[state]}_{'-'.join(names)}")
 
     def _routes(
         self, routes: Sequence[Sequence[Link]], figsize: tuple[float, float]

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.bins import bin_edges
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import Samples
@@ -18,6 +16,7 @@ from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.world import options
 from uxsim_geo.world.elements import unknown
 from uxsim_geo.world.links import Link
+from uxsim_geo.world.nodes import Node
 
 if TYPE_CHECKING:
     from uxsim_geo.network.network import Network
@@ -74,13 +73,36 @@ class Sight:
             raise InputError([Fault("there is none: name at least one", column="links")])
         return [self.W.get_link(link) for link in chosen]
 
-    def _cell_edges(self, link: Link) -> tuple[Any, Any]:
-        """Edges of cells: time bins, and tenths of the link that a step cannot jump over."""
-        duration = self._result.settings.duration
+    def _states_of_links(self, links: AnyLink | Iterable[AnyLink] | None) -> pd.DataFrame:
+        """States of some links, or of all; raises InputError for none, or one that is not there."""
+        if links is None:
+            return self._states
+        names = [link.name for link in self._links(links, least=1)]
+        return self._states[self._states["link_id"].isin(names)]
+
+    def _cell_size(self, link: Link) -> float:
+        """Length of cells, m: tenths of the link that a step cannot jump over."""
         longest = max(link.length / 10, link.free_flow_speed * self.W.DELTAT)
-        cells = max(1, int(link.length // longest))
-        bins = bin_edges(duration, min(self.W.EULAR_DT, duration))
-        return bins, np.linspace(0.0, link.length, cells + 1)
+        return link.length / max(1, int(link.length // longest))
+
+    @cached_property
+    def _names(self) -> list[str]:
+        """Names of the platoons by their row of the trips."""
+        names = [str(row) for row in range(len(self._result.trips))]
+        for name, row in self.W.rows_of_added_vehicles().items():
+            names[row] = name
+        return names
+
+    def _areas(
+        self, areas: Sequence[Iterable[Node | str]], names: Sequence[str] | None
+    ) -> dict[str, list[str]]:
+        """Names of the nodes of each area, by its name."""
+        nodes = [[self.W.get_node(node).name for node in area] for area in areas]
+        told = names or [f"area {number}" for number in range(len(nodes))]
+        if len(set(told)) != len(nodes):
+            what = f"must be a name of its own for each of {len(nodes)} areas"
+            raise InputError([Fault(what, column="area_names", value=list(told))])
+        return dict(zip(told, nodes, strict=True))
 
     def _row_of_vehicle(self, name: str | int) -> int:
         """Give the row of the trips of a vehicle added by name, or of a row given as such."""

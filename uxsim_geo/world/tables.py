@@ -11,132 +11,149 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.network_states import trip_ends
+from uxsim_geo.analysis.cumulative import curves_of_passages
+from uxsim_geo.analysis.edie import ratio
+from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.passages import Passages
-from uxsim_geo.analysis.samples import Cells, Samples
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
-
-Floats = npt.NDArray[np.float64]
+from uxsim_geo.world.vehicles import STATES
 
 
 def basic_table(figures: dict[str, Any]) -> pd.DataFrame:
-    """One row of what :func:`uxsim_geo.analysis.summary.summary` gives.
+    """One row of what :func:`uxsim_geo.analysis.summary.summary` gives: UXsim's columns, and more.
 
-    ``total_travel_time`` and ``total_delay`` (veh·s) count every vehicle that has departed, the
-    unfinished up to now; ``average_travel_time`` and ``average_delay`` (s) those that arrived;
-    ``average_delay_of_all`` is total_delay over all that have departed.
+    ``total_travel_time``, ``total_delay`` (veh·s), ``average_travel_time`` and ``average_delay``
+    (s) are of those that have arrived, as there. Of all that have departed, the unfinished up to
+    now: ``total_travel_time_of_all``, ``total_delay_of_all`` and ``average_delay_of_all``.
     """
-    departed = figures["vehicles_departed"]
-    completed = figures["completed"]
+    departed, completed = figures["vehicles_departed"], figures["completed"]
+    arrived = figures["vehicles_completed"]
+    time, delay = (
+        np.nan if completed[name] is None else completed[name]
+        for name in ("average_travel_time_s", "average_delay_s")
+    )
     return pd.DataFrame(
         {
             "total_trips": [departed],
-            "completed_trips": [figures["vehicles_completed"]],
-            "total_travel_time": [figures["total_travel_time_veh_s"]],
-            "average_travel_time": [completed["average_travel_time_s"]],
-            "total_delay": [figures["total_delay_veh_s"]],
-            "average_delay": [completed["average_delay_s"]],
+            "completed_trips": [arrived],
+            "total_travel_time": [time * arrived],
+            "average_travel_time": [time],
+            "total_delay": [delay * arrived],
+            "average_delay": [delay],
+            "total_travel_time_of_all": [figures["total_travel_time_veh_s"]],
+            "total_delay_of_all": [figures["total_delay_veh_s"]],
             "average_delay_of_all": [
                 figures["total_delay_veh_s"] / departed if departed else np.nan
             ],
         }
-    ).astype({"average_travel_time": float, "average_delay": float})
+    )
 
 
-def trip_table(result: Result) -> pd.DataFrame:
-    """One row a platoon: its ends, departure (s), state, travel time (s), speed and distance (m).
+def trip_table(trips: pd.DataFrame, names: list[str]) -> pd.DataFrame:
+    """One row a platoon: UXsim's columns, and more.
 
-    ``travel_time`` is NaN until it has arrived; ``average_speed`` (m/s) is that of the trip.
+    ``trips`` is what :func:`uxsim_geo.analysis.trips.trip_summary` gives, ``names`` are those of
+    the platoons. ``final_state`` is home, wait, run, end or abort; ``travel_time`` (s) is NaN until
+    it has arrived, ``average_speed`` (m/s) that of the trip. Of all that have departed:
+    ``travel_time_so_far`` and ``delay_so_far`` (s).
     """
-    trips = result.trips
     arrived = (trips["status"] == "completed").to_numpy()
-    times = trip_ends(result.events, trips) - trips["depart_s"].to_numpy(float)
-    travel_time = np.where(arrived, times, np.nan)
+    so_far = trips["travel_time_so_far_s"].to_numpy(float)
+    travel_time = np.where(arrived, so_far, np.nan)
+    state = trips["status"].astype(str).map(STATES).where(~np.isnan(so_far), "home")
     return pd.DataFrame(
         {
-            "name": trips["vehicle"].astype(str),
+            "name": names,
             "dn": trips["vehicles"],
             "orig": trips["origin"].astype(str),
             "dest": trips["destination"].astype(str),
             "departure_time": trips["depart_s"],
-            "final_state": trips["status"].astype(str),
+            "final_state": state.astype(str),
             "travel_time": travel_time,
             "average_speed": trips["distance_m"].to_numpy(float) / travel_time,
             "distance_traveled": trips["distance_m"],
+            "travel_time_so_far": so_far,
+            "delay_so_far": trips["delay_so_far_s"],
         }
     )
 
 
-def od_table(network: Network, result: Result) -> pd.DataFrame:
+def od_table(network: Network, trips: pd.DataFrame, duration: float) -> pd.DataFrame:
     """One row a pair of origin and destination, in the order of the nodes: UXsim's columns.
 
-    Trips are vehicles that have departed; times (s) and distances (m) are of those that arrived.
+    ``trips`` is what :func:`uxsim_geo.analysis.trips.trip_summary` gives. Trips are vehicles that
+    have departed by ``duration``, s; times (s) and distances (m) are of those that arrived.
+    ``average_delay_of_all`` (s) is of all of them, the unfinished up to now.
     """
-    trips = result.trips[result.trips["depart_s"] <= result.settings.duration].copy()
-    done = trips["status"] == "completed"
-    trips["travel_time"] = (trips["arrive_s"] - trips["depart_s"]).where(done)
-    trips["distance"] = trips["distance_m"].where(done)
-    trips["vehicles_done"] = trips["vehicles"].where(done, 0)
-    shortest = _shortest_distances(network, trips["origin"].unique().astype(str))
-    rows = []
-    for (origin, destination), own in trips.groupby(["origin", "destination"], observed=True):
-        mean_time, deviation = weighted_mean(own["travel_time"], own["vehicles_done"])
-        mean_distance, distance_deviation = weighted_mean(own["distance"], own["vehicles_done"])
-        rows.append(
-            {
-                "orig": origin,
-                "dest": destination,
-                "total_trips": own["vehicles"].sum(),
-                "completed_trips": own["vehicles_done"].sum(),
-                "free_travel_time": own["free_time_s"].iloc[0],
-                "average_travel_time": mean_time,
-                "stddiv_travel_time": deviation,
-                "shortest_distance": shortest.loc[str(origin), str(destination)],
-                "average_distance_traveled_per_veh": mean_distance,
-                "stddiv_distance_traveled_per_veh": distance_deviation,
-            }
-        )
-    return pd.DataFrame(rows)
+    trips = trips[trips["depart_s"] <= duration]
+    ids = pd.Index(network.nodes["node_id"].astype(str))
+    ends = [
+        ids.get_indexer(pd.Index(trips[name].astype(str))) for name in ("origin", "destination")
+    ]
+    groups = Groups.of(*(end.astype(np.int64) for end in ends))
+    vehicles = trips["vehicles"].to_numpy(float)
+    done = vehicles * (trips["status"] == "completed").to_numpy()
+    time, distance, delay, free = (
+        trips[name].to_numpy(float)
+        for name in ("travel_time_so_far_s", "distance_m", "delay_so_far_s", "free_time_s")
+    )
+    origin, destination = groups.keys
+    starts, row = np.unique(origin, return_inverse=True)
+    shortest = shortest_distances(network, ids[starts].to_numpy())
+    return pd.DataFrame(
+        {
+            "orig": ids[origin],
+            "dest": ids[destination],
+            "total_trips": groups.total(vehicles),
+            "completed_trips": groups.total(done),
+            "free_travel_time": groups.mean(free, vehicles),
+            "average_travel_time": groups.mean(time, done),
+            "stddiv_travel_time": groups.deviation(time, done),
+            "shortest_distance": shortest.to_numpy()[row, destination],
+            "average_distance_traveled_per_veh": groups.mean(distance, done),
+            "stddiv_distance_traveled_per_veh": groups.deviation(distance, done),
+            "average_delay_of_all": groups.mean(delay, vehicles),
+        }
+    )
 
 
-def link_table(network: Network, result: Result) -> pd.DataFrame:
-    """One row a link, in the order of the table: UXsim's columns.
+def link_table(network: Network, result: Result, totals: pd.DataFrame) -> pd.DataFrame:
+    """One row a link, in the order of the table: UXsim's columns, and more.
 
     ``traffic_volume`` are the vehicles that have left it, ``vehicles_remain`` those on it; times
-    (s) are of those that have left; ``delay_ratio`` is mean over free travel time.
+    (s) are of those that have left; ``delay_ratio`` is mean over free travel time. ``totals`` is
+    what :func:`uxsim_geo.analysis.link_states.link_totals` gives: ``total_travel_time_of_all`` and
+    ``total_delay_of_all`` (veh·s) count those on the link too.
     """
-    links = network.links
-    vehicles = result.trips["vehicles"].to_numpy(float)
-    events = result.events.assign(
-        vehicles=vehicles[result.events["vehicle"]],
-        time=result.events["exit_s"] - result.events["enter_s"],
-    )
-    left = events["exit_s"].notna()
+    links, events = network.links, result.events
+    vehicles = result.trips["vehicles"].to_numpy(float)[events["vehicle"]]
+    time = (events["exit_s"] - events["enter_s"]).to_numpy(float)
+    left = np.where(np.isnan(time), 0.0, vehicles)
     place = events["link"].cat.codes.to_numpy()
-    size = len(links)
 
-    def total(values: npt.ArrayLike) -> Floats:
-        return np.bincount(place, np.asarray(values, float), minlength=size).astype(np.float64)
+    def total(values: Floats) -> Floats:
+        return np.bincount(place, values, minlength=len(links)).astype(np.float64)
 
-    volume = total(events["vehicles"].where(left, 0.0))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = total((events["vehicles"] * events["time"]).where(left, 0.0)) / volume
-        apart = events["time"].to_numpy(float) - mean[place]
-        variance = total((events["vehicles"] * apart**2).where(left, 0.0)) / volume
+    time = np.nan_to_num(time)
+    mean = ratio(total(left * time), total(left))
+    variance = ratio(total(left * (time - mean[place]) ** 2), total(left))
     free = (links["length"] / links["free_speed"]).to_numpy(float)
     return pd.DataFrame(
         {
             "link": links["link_id"].to_numpy(),
             "start_node": links["from_node_id"].to_numpy(),
             "end_node": links["to_node_id"].to_numpy(),
-            "traffic_volume": volume,
-            "vehicles_remain": total(events["vehicles"].where(~left, 0.0)),
+            "traffic_volume": total(left),
+            "vehicles_remain": total(vehicles - left),
             "free_travel_time": free,
             "average_travel_time": mean,
             "stddiv_travel_time": np.sqrt(variance),
             "delay_ratio": mean / free,
             "length": links["length"].to_numpy(float),
+            "total_travel_time_of_all": totals["time"],
+            "total_delay_of_all": totals["delay"],
         }
     )
 
@@ -151,17 +168,7 @@ def mfd_table(states: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def weighted_mean(values: pd.Series, weights: pd.Series) -> tuple[float, float]:
-    """Mean and standard deviation of values, each counted by its weight; NaN for nobody."""
-    number, weight = values.to_numpy(float), weights.to_numpy(float)
-    number, weight = number[weight > 0], weight[weight > 0]
-    if not weight.size:
-        return np.nan, np.nan
-    mean = float(np.average(number, weights=weight))
-    return mean, float(np.sqrt(np.average((number - mean) ** 2, weights=weight)))
-
-
-def _shortest_distances(network: Network, origins: npt.NDArray[np.str_]) -> pd.DataFrame:
+def shortest_distances(network: Network, origins: npt.NDArray[np.str_]) -> pd.DataFrame:
     """Shortest distance over the links from some nodes to all, m; inf where there is no way."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -176,44 +183,63 @@ def _shortest_distances(network: Network, origins: npt.NDArray[np.str_]) -> pd.D
     return pd.DataFrame(distances, index=pd.Index(origins), columns=ids)
 
 
-def sample_table(
-    network: Network, result: Result, passages: Passages, samples: Samples
-) -> pd.DataFrame:
-    """One row a platoon and moment on a link, ordered by platoon and time: UXsim's columns.
+def cell_table(cells: pd.DataFrame) -> pd.DataFrame:
+    """One row a cell: UXsim's columns; v (m/s) is NaN where nobody was.
 
-    t (s), link, x (m from the start of the link), v (m/s).
+    ``cells`` is what :func:`uxsim_geo.analysis.cells.space_time_cells` gives. t (s) and x (m) are
+    where a cell begins, delta_t and delta_x how large it is; q in veh/s, k in veh/m.
     """
-    vehicle = passages.vehicle[samples.row]
-    trips = result.trips.iloc[vehicle]
-    table = pd.DataFrame(
-        {
-            "name": vehicle,
-            "dn": trips["vehicles"].to_numpy(),
-            "orig": trips["origin"].astype(str).to_numpy(),
-            "dest": trips["destination"].astype(str).to_numpy(),
-            "t": samples.time,
-            "link": network.links["link_id"].to_numpy()[passages.link[samples.row]],
-            "x": samples.position,
-            "v": samples.speed,
-        }
-    )
-    table = table.sort_values(["name", "t"], kind="stable", ignore_index=True)
-    return table.astype({"name": "str"})
-
-
-def cell_table(link_id: str, cells: Cells) -> pd.DataFrame:
-    """One row a cell of a link: UXsim's columns; v is NaN where nobody was."""
-    times, places = np.meshgrid(cells.time[:-1], cells.place[:-1], indexing="ij")
-    durations, lengths = np.meshgrid(np.diff(cells.time), np.diff(cells.place), indexing="ij")
     return pd.DataFrame(
         {
-            "link": link_id,
-            "t": times.ravel(),
-            "x": places.ravel(),
-            "delta_t": durations.ravel(),
-            "delta_x": lengths.ravel(),
-            "q": (cells.density * np.nan_to_num(cells.speed)).ravel(),
-            "k": cells.density.ravel(),
-            "v": cells.speed.ravel(),
+            "link": cells["link_id"].astype(str),
+            "t": cells["begin_s"],
+            "x": cells["begin_m"],
+            "delta_t": cells["end_s"] - cells["begin_s"],
+            "delta_x": cells["end_m"] - cells["begin_m"],
+            "q": cells["flow"],
+            "k": cells["density"],
+            "v": cells["speed"],
         }
     )
+
+
+def cumulative_table(passages: Passages, steps: pd.DataFrame) -> pd.DataFrame:
+    """One row a link and time step, as it begins: UXsim's columns, and more.
+
+    ``steps`` is what :func:`uxsim_geo.analysis.link_states.link_times` gives with steps as bins, of
+    all links. ``arrival_count`` and ``departure_count`` are vehicles that have entered and left up
+    to then, ``actual_travel_time`` (s) what those took that entered last before and have left,
+    ``instantanious_travel_time`` length over the mean speed in the step, free-flow time where there
+    is nobody. ``virtual_departure_count`` and ``queue`` are as of
+    :func:`uxsim_geo.analysis.cumulative.cumulative_curves`.
+    """
+    tables = []
+    for link, (link_id, own) in enumerate(steps.groupby("link_id", observed=False)):
+        times = own["begin_s"].to_numpy(float)
+        curves = curves_of_passages(passages, link, times)
+        tables.append(
+            pd.DataFrame(
+                {
+                    "link": link_id,
+                    "t": times,
+                    "arrival_count": curves["entries"],
+                    "departure_count": curves["exits"],
+                    "actual_travel_time": _last_travel_times(passages, link, times),
+                    "instantanious_travel_time": own["instantaneous_travel_time"].to_numpy(),
+                    "virtual_departure_count": curves["virtual_departures"],
+                    "queue": curves["queue"],
+                }
+            )
+        )
+    return pd.concat(tables, ignore_index=True)
+
+
+def _last_travel_times(passages: Passages, link: int, times: Floats) -> Floats:
+    """Time on the link of those who have left it and entered last up to each moment, s."""
+    own = slice(passages.first[link], passages.first[link + 1])
+    enter, leave = passages.enter[own], passages.exit[own]
+    done = np.isfinite(leave)
+    free = passages.geometry.length[link] / passages.geometry.free_speed[link]
+    taken = np.concatenate(([free], (leave - enter)[done]))
+    last: Floats = taken[np.searchsorted(enter[done], times, side="right")]
+    return last

@@ -1,0 +1,56 @@
+"""Links that follow one another, as the vertical axis of a time-space diagram."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from uxsim_geo.analysis.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+POINTS_PER_INCH = 72.0
+LONGEST_TITLE = 80  # letters
+NAME = 8.0  # size of a link's name, points
+CROWDED = 20  # links; lines between more of them are thin and grey
+
+
+def starts_of_links(lengths: Floats) -> Floats:
+    """Where each link begins and, last, where the last one ends, m."""
+    return np.concatenate(([0.0], np.cumsum(lengths)))
+
+
+def title_of_links(link_ids: Sequence[str]) -> str:
+    """Links in their order; of more than fit over the picture, the first and the last."""
+    if len(link_ids) == 1:
+        return f"link {link_ids[0]}"
+    whole = " → ".join(link_ids)
+    if len(whole) <= LONGEST_TITLE:
+        return whole
+    return f"{link_ids[0]} → … → {link_ids[-1]} ({len(link_ids)} links)"
+
+
+def name_links(axes: Axes, link_ids: Sequence[str], starts: Floats, height: float) -> None:
+    """Lines between the links, and beside them as many of their names as there is room for.
+
+    ``starts`` are those of :func:`starts_of_links`, ``height`` is that of the figure, inches.
+    """
+    if len(link_ids) == 1:
+        return
+    crowded = len(link_ids) > CROWDED
+    for start in starts[1:-1]:
+        axes.axhline(
+            start, color="#999999" if crowded else "black", linewidth=0.4 if crowded else 0.8
+        )
+    middles = (starts[:-1] + starts[1:]) / 2
+    room = 1.3 * NAME / (0.75 * height * POINTS_PER_INCH) * starts[-1]
+    named: list[int] = []
+    for link, middle in enumerate(middles):
+        if not named or middle - middles[named[-1]] >= room:
+            named.append(link)
+    names = axes.secondary_yaxis("right")
+    names.set_yticks(middles[named], labels=[link_ids[link] for link in named], fontsize=NAME)
+    names.tick_params(length=0)
