@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import csv
 import math
 import sys
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.lines import show
-from pipeline.tables import FORMATS, TABLES, Order, export_table
+from pipeline.table_formats import FORMATS
+from pipeline.table_makers import TABLES
+from pipeline.table_options import TableOptions
+from pipeline.tables import Order, export_table
 from uxsim_geo.errors import InputError
 from uxsim_geo.version import __version__
 
@@ -121,23 +126,34 @@ def _add_export_options(command: argparse.ArgumentParser) -> None:
     add("--table", required=True, metavar="NAME", help=f"one of {', '.join(TABLES)}")
     add("--format", choices=FORMATS, help="default: as the file is named, or csv")
     add("--out", type=Path, metavar="FILE", help="default: RUN/tables/NAME.csv")
-    add(
-        "--bin-s",
-        type=_seconds,
-        metavar="N",
-        help="length of the time bins, s; default: report.bin_s of the run, and for od and "
-        "turning_counts the whole run in one",
-    )
+    text = "length of the time bins, s; default: report.bin_s of the run, and for od and "
+    add("--bin-s", type=_above_0, metavar="N", help=f"{text}turning_counts the whole run in one")
+    add("--step-s", type=_above_0, metavar="N", help="between moments of trajectories, s; 10")
+    add("--cell-m", type=_above_0, metavar="N", help="longest part of a link in cells, m; 100")
+    add("--links", type=_names, metavar="A,B", help="link_ids that a table is about")
+    add("--zones", type=_names, metavar="A,B", help="zones that a table is about")
+    text = "polygons with a column name, GeoPackage or GeoJSON"
+    add("--areas", type=Path, metavar="FILE", help=text)
+    text = "counts or travel times to compare with, CSV (docs/results.md)"
+    add("--observed", type=Path, metavar="FILE", help=text)
 
 
-def _seconds(text: str) -> float:
+def _above_0(text: str) -> float:
     try:
-        seconds = float(text)
+        number = float(text)
     except ValueError:
-        seconds = math.nan
-    if not 0 < seconds < math.inf:
+        number = math.nan
+    if not 0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"must be a finite number above 0 (found {text!r})")
-    return seconds
+    return number
+
+
+def _names(text: str) -> tuple[str, ...]:
+    names = tuple(name.strip() for name in next(csv.reader([text]), []))
+    if not names or "" in names:
+        what = "names nothing between commas; write A,B, and a name with a comma in quotes"
+        raise argparse.ArgumentTypeError(f"{what} (found {text!r})")
+    return names
 
 
 def _folder(text: str) -> Path:
@@ -191,7 +207,8 @@ def _verify(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    order = Order(options.path, options.table, options.out, options.format, options.bin_s)
+    asked = TableOptions(**{key.name: getattr(options, key.name) for key in fields(TableOptions)})
+    order = Order(options.path, options.table, options.out, options.format, asked)
     written = export_table(order)
     show(f"{written.path}: {written.rows:,} rows, {written.columns} columns", sys.stdout)
     return DONE

@@ -6,13 +6,18 @@ import json
 import shutil
 from pathlib import Path
 
+import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pytest
+from shapely.geometry import box
 from small_run import CONFIG, run_small, write_small_run
 
 from pipeline.cli import main
-from pipeline.tables import TABLES, plain_decimal
+from pipeline.table_formats import FORMATS, plain_decimal
+from pipeline.table_makers import TABLES
+from pipeline.table_options import FLAGS
+from uxsim_geo.errors import InputError
 
 
 def export(run: Path, table: str, *options: str) -> int:
@@ -24,16 +29,36 @@ def exported(run: Path, table: str, *options: str) -> pd.DataFrame:
     return pd.read_csv(run / f"tables/{table}.csv")
 
 
+def options_of(table: str, folder: Path) -> list[str]:
+    """What a table cannot be without, for the small run; files are made in ``folder``."""
+    observed = "link_id,start_s,end_s,vehicles\n3-4,0,300,40\n"
+    if table.startswith("travel_times"):
+        observed = "link_id,start_s,end_s,travel_time_s\n3-4,0,300,60\n"
+    (folder / "observed.csv").write_text(observed, encoding="utf-8")
+    shapes = [box(-100, -100, 1600, 100), box(400, -100, 2100, 100)]
+    areas = gpd.GeoDataFrame({"name": ["west", "east"]}, geometry=shapes)
+    areas.to_file(folder / "areas.gpkg")
+    values = {
+        "links": "3-4",
+        "zones": "1",
+        "areas": str(folder / "areas.gpkg"),
+        "observed": str(folder / "observed.csv"),
+    }
+    return [text for name in sorted(TABLES[table].needs) for text in (FLAGS[name], values[name])]
+
+
 def files_below(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
 @pytest.mark.parametrize("table", TABLES)
-def test_both_formats_say_the_same(
+def test_all_formats_say_the_same(
     finished: Path, capsys: pytest.CaptureFixture[str], table: str
 ) -> None:
-    assert export(finished, table) == 0
-    assert export(finished, table, "--format", "parquet") == 0
+    asked = options_of(table, finished.parent)
+    for form in FORMATS:
+        assert export(finished, table, "--format", form, *asked) == 0
     text = pd.read_csv(finished / f"tables/{table}.csv", dtype=str)
     binary = pd.read_parquet(finished / f"tables/{table}.parquet")
     assert list(text.columns) == list(binary.columns)
@@ -45,12 +70,18 @@ def test_both_formats_say_the_same(
             assert text[name].astype(str).tolist() == binary[name].astype(str).tolist()
     shown = capsys.readouterr().out.splitlines()
     size = f"{len(binary)} rows, {len(binary.columns)} columns"
-    assert shown == [f"{finished / 'tables' / table}.{form}: {size}" for form in ("csv", "parquet")]
+    assert shown == [f"{finished / 'tables' / table}.{form}: {size}" for form in FORMATS]
+    sheet = pd.read_excel(finished / f"tables/{table}.xlsx", sheet_name="table")
+    assert list(sheet.columns) == list(binary.columns)
+    for name in binary.columns[[pd.api.types.is_float_dtype(kind) for kind in binary.dtypes]]:
+        numbers = sheet[name].astype(float)
+        assert numbers.to_numpy() == pytest.approx(binary[name].to_numpy(), rel=1e-14, nan_ok=True)
 
 
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
 @pytest.mark.parametrize("table", TABLES)
 def test_csv_is_utf8_with_a_header_and_plain_decimals(finished: Path, table: str) -> None:
-    assert export(finished, table) == 0
+    assert export(finished, table, *options_of(table, finished.parent)) == 0
     content = (finished / f"tables/{table}.csv").read_bytes()
     header, *rows = content.decode("utf-8").splitlines()
     assert not any(cell[:1].isdigit() for cell in header.split(","))
@@ -138,12 +169,12 @@ def test_the_file_is_named_as_asked(finished: Path) -> None:
 
 
 def test_every_fault_is_said_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = str(tmp_path / "gone/table.xlsx")
+    out = str(tmp_path / "gone/table.ods")
     assert export(tmp_path, "turning_count", "--out", out) == 2
     lines = capsys.readouterr().err.splitlines()
     expected = (
         "did you mean turning_counts?",
-        "must end in .csv or .parquet",
+        "must end in .csv or .parquet or .xlsx",
         "no such folder",
         "only tables/ is for tables",
         "is no run",
@@ -264,7 +295,7 @@ def test_bins_that_a_table_does_not_have(
 ) -> None:
     for table in ("trips", "trip_routes"):
         assert export(finished, table, "--bin-s", "60") == 2
-        assert f"{table} has no time bins" in capsys.readouterr().err
+        assert f"--bin-s: {table} does not go by it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("seconds", ["0", "-5", "nan", "inf", "soon"])
@@ -277,10 +308,15 @@ def test_bins_of_no_length(
     assert "--bin-s: must be a finite number above 0" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("table", [name for name, table in TABLES.items() if table.has_bins])
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+@pytest.mark.parametrize(
+    "table", [name for name, table in TABLES.items() if "bin_s" in table.takes]
+)
 def test_bins_beyond_number(finished: Path, capsys: pytest.CaptureFixture[str], table: str) -> None:
-    assert export(finished, table, "--bin-s", "1e-6") == 2
-    assert "s or more" in capsys.readouterr().err
+    asked = options_of(table, finished.parent)
+    assert export(finished, table, "--bin-s", "1e-6", *asked) == 2
+    shown = capsys.readouterr().err
+    assert "s or more" in shown or "take longer cells" in shown
     assert not (finished / "tables").exists()
 
 
@@ -312,3 +348,76 @@ def test_first_lines_of_a_table(finished: Path) -> None:
     assert export(finished, "turning_counts") == 0
     text = (finished / "tables/turning_counts.csv").read_text(encoding="utf-8")
     assert text == "node,from_link,to_link,vehicles\n3,1-3,3-4,100.0\n4,3-4,4-2,100.0\n"
+
+
+def test_a_sheet_takes_texts_for_texts_and_is_the_same_each_time(tmp_path: Path) -> None:
+    table = pd.DataFrame({"name": ["=1+1", "http://a.b", "007"], "value": [1.5, np.nan, np.inf]})
+    for name in ("a", "b"):
+        FORMATS["xlsx"](table, tmp_path / f"{name}.xlsx")
+    assert (tmp_path / "a.xlsx").read_bytes() == (tmp_path / "b.xlsx").read_bytes()
+    read = pd.read_excel(tmp_path / "a.xlsx", dtype={"name": str})
+    assert read["name"].tolist() == ["=1+1", "http://a.b", "007"]
+    assert read["value"].tolist()[0] == 1.5
+
+
+def test_more_rows_than_a_sheet_has_are_refused(tmp_path: Path) -> None:
+    table = pd.DataFrame({"value": np.zeros(1_048_576)})
+    with pytest.raises(InputError, match=r"1,048,575 rows .* take csv or parquet"):
+        FORMATS["xlsx"](table, tmp_path / "long.xlsx")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_options_are_asked_for_where_they_are_needed(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert export(finished, "link_users") == 2
+    assert "--links: link_users needs it" in capsys.readouterr().err
+    assert export(finished, "area_pairs", "--zones", "1") == 2
+    shown = capsys.readouterr().err
+    assert "--zones: area_pairs does not go by it" in shown
+    assert "--areas: area_pairs needs it" in shown
+
+
+def test_tables_of_chosen_links_zones_and_areas(finished: Path) -> None:
+    flows = exported(finished, "link_user_flows", "--links", "1-3")
+    assert flows["share"].tolist() == [1, 1, 1]
+    assert exported(finished, "zone_user_pairs", "--zones", "2")["share"].tolist() == [1]
+    cells = exported(finished, "cells", "--links", "4-2,1-3", "--cell-m", "250")
+    assert cells["link_id"].unique().tolist() == ["1-3", "4-2"]
+    assert cells["distance_veh_m"].sum() == pytest.approx(100 * 1000)
+    way = exported(finished, "trajectories", "--step-s", "25", "--links", "3-4")
+    assert way["position_m"].between(0, 1000).all()
+
+
+def test_counts_beside_the_run(finished: Path) -> None:
+    observed = finished.parent / "counts.csv"
+    observed.write_text("link_id,start_s,end_s,vehicles\n1-3,0,300,50\n", encoding="utf-8")
+    table = exported(finished, "counts", "--observed", str(observed))
+    assert table["simulated_vehicles"].tolist() == [50]
+    fit = exported(finished, "counts_fit", "--observed", str(observed)).set_index("figure")
+    assert float(fit.loc["share_under_geh_5", "value"]) == 1
+
+
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+def test_areas_that_cannot_be_used(
+    finished: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert export(finished, "area_states", "--areas", str(tmp_path / "none.gpkg")) == 2
+    assert "no such file" in capsys.readouterr().err
+    (tmp_path / "text.gpkg").write_text("no polygons", encoding="utf-8")
+    assert export(finished, "area_states", "--areas", str(tmp_path / "text.gpkg")) == 2
+    assert "is no file of polygons" in capsys.readouterr().err
+    far = gpd.GeoDataFrame({"name": ["far"]}, geometry=[box(9e5, 9e5, 9.1e5, 9.1e5)])
+    far.to_file(tmp_path / "far.gpkg")
+    assert export(finished, "area_states", "--areas", str(tmp_path / "far.gpkg")) == 2
+    assert "no link of the network lies in any" in capsys.readouterr().err
+    far.rename(columns={"name": "area"}).to_file(tmp_path / "unnamed.gpkg")
+    assert export(finished, "area_states", "--areas", str(tmp_path / "unnamed.gpkg")) == 2
+    assert "there is no such column; there are area" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("names", ["", ",", "a,,b"])
+def test_names_of_nothing(finished: Path, capsys: pytest.CaptureFixture[str], names: str) -> None:
+    with pytest.raises(SystemExit):
+        export(finished, "link_users", "--links", names)
+    assert "names nothing between commas" in capsys.readouterr().err
