@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -100,7 +100,7 @@ class Passages:
 
 
 @dataclass
-class _Stay:
+class Stay:
     """One platoon on one link: where it was (m) at the end of each step since ``first_step``."""
 
     trip: TwinTrip
@@ -120,7 +120,7 @@ class _Road:
         self.spacing = case.platoon_size / (link.lanes * link.jam_density)
         self.lag = case.substeps // link.lanes  # steps in τΔn/m
         self.headway = case.platoon_size / link.capacity if link.capacity else 0.0
-        self.stays: list[_Stay] = []
+        self.stays: list[Stay] = []
         self.front = 0  # number of the first platoon still on the link
         self.spare: float | None = (
             None  # s of this step that it has left at the end; None: not there
@@ -167,7 +167,7 @@ class _Road:
         if position <= TOLERANCE:
             return None
         entered = now - position / self.link.free_speed
-        self.stays.append(_Stay(trip, hop, entered, step, [position]))
+        self.stays.append(Stay(trip, hop, entered, step, [position]))
         return entered
 
     def release(self, time: float) -> None:
@@ -263,6 +263,14 @@ def run_twin(case: Case) -> dict[str, Passages]:
         )
         for link_id, road in twin.roads.items()
     }
+
+
+def run_twin_for_positions(case: Case) -> Iterator[tuple[str, list[Stay]]]:
+    """Run ``case``; each link_id with what its platoons did on it, in the order they entered."""
+    twin = _Twin(case)
+    twin.run()
+    for link_id, road in twin.roads.items():
+        yield link_id, road.stays
 
 
 def counts_at(times: ArrayLike, sizes: ArrayLike, grid: ArrayLike) -> NDArray[np.float64]:
