@@ -19,7 +19,8 @@ from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.network_states import network_states
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane, round_below
-from uxsim_geo.export.plots import mfd_figure, network_state_figure, save_figure
+from uxsim_geo.export.plots import mfd_figure, network_state_figure
+from uxsim_geo.export.saving import save_figure
 from uxsim_geo.network.network import Network
 
 

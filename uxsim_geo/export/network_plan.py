@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.plots import LABELLED_NODES
+from uxsim_geo.export.map_sheet import LABELLED_NODES
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
