@@ -59,11 +59,18 @@ class MapSheet:
     @classmethod
     def of(cls, network: Network, title: str) -> MapSheet:
         """Lay out an empty map; raises ValueError if the network has no geometry."""
+        plane = MapPlane.of(network)
+        return cls.around(plane, title, plane.extent)
+
+    @classmethod
+    def around(
+        cls, plane: MapPlane, title: str, extent: tuple[float, float, float, float]
+    ) -> MapSheet:
+        """Lay out an empty map of an extent: least x and y, greatest x and y, in map units."""
         import shapely
         from matplotlib.figure import Figure
 
-        plane = MapPlane.of(network)
-        x0, y0, x1, y1 = plane.extent
+        x0, y0, x1, y1 = extent
         longer = max(x1 - x0, y1 - y0)
         usual = float(np.median(shapely.length(plane.lines))) / longer * POINTS_PER_INCH
         side = float(np.clip(ROOM / max(usual, 1e-9), *LONGER_SIDE))
@@ -156,6 +163,10 @@ class MapSheet:
             frameon=False,
             alignment="left",
         )
+
+    def note(self, text: str) -> None:
+        """Write a few short lines beside the middle of the map."""
+        self.axes.text(1.02, BAR[2] + 0.03, text, transform=self.axes.transAxes, fontsize=8)
 
     def draw_nodes(self, network: Network) -> None:
         """Names in circles, or above them if long, while there is room; else junctions speak."""
