@@ -148,7 +148,7 @@ def _draw_others(sheet: MapSheet, lines: Floats) -> None:
 
 
 def _colours() -> ListedColormap:
-    """Viridis from green to dark blue: the longer the delay, the darker; yellow is lost on white."""
+    """Viridis from green to dark blue: the longer the delay, the darker; white hides yellow."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 

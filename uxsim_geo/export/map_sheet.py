@@ -169,33 +169,40 @@ class MapSheet:
         self.axes.text(1.02, BAR[2] + 0.03, text, transform=self.axes.transAxes, fontsize=8)
 
     def draw_nodes(self, network: Network) -> None:
-        """Names in circles, or above them if long, while there is room; else junctions speak."""
-        if len(network.nodes) > LABELLED_NODES:
-            return
-        from matplotlib.patheffects import withStroke
+        """Names of nodes while there is room; else junctions speak for themselves."""
+        if len(network.nodes) <= LABELLED_NODES:
+            draw_named_nodes(self.axes, network, self.plane, self.units_per_point)
 
-        names = network.nodes["node_id"].astype(str)
-        short = names.str.len().max() <= LETTERS_IN_CIRCLE
-        wide = self._circle() if short else 6.0
-        font, up = (0.52 * wide, 0.0) if short else (7.5, 6.0)
-        halo = None if short else [withStroke(linewidth=2.5, foreground="white")]
-        x, y = self.plane.points.T
-        self.axes.scatter(x, y, s=wide**2, c="white", edgecolors=INK, linewidths=0.8, zorder=3)
-        style: dict[str, Any] = {"ha": "center", "va": "center_baseline" if short else "bottom"}
-        style |= {"fontsize": font, "zorder": 4, "path_effects": halo}
-        for name, point in zip(names, self.plane.points, strict=True):
-            place: dict[str, Any] = {"xytext": (0, up), "textcoords": "offset points"}
-            self.axes.annotate(name, tuple(point), **place, **style)
 
-    def _circle(self) -> float:
-        """Diameter of a node's circle, points: the nearest two do not overlap, if names fit."""
-        from scipy.spatial import KDTree
+def draw_named_nodes(
+    axes: Axes, network: Network, plane: MapPlane, units_per_point: float, widest: float = 14.0
+) -> None:
+    """Nodes with names in circles of at most ``widest`` points, or above them if they are long."""
+    from matplotlib.patheffects import withStroke
 
-        points = np.unique(self.plane.points, axis=0)
-        if len(points) < 2:
-            return 14.0
-        nearest = KDTree(points).query(points, k=2)[0][:, 1].min() / self.units_per_point
-        return float(np.clip(nearest - 1.0, 10.5, 14.0))
+    names = network.nodes["node_id"].astype(str)
+    short = names.str.len().max() <= LETTERS_IN_CIRCLE
+    wide = _circle(plane, units_per_point, widest) if short else 6.0
+    font, up = (0.52 * wide, 0.0) if short else (0.54 * widest, 6.0)
+    halo = None if short else [withStroke(linewidth=2.5, foreground="white")]
+    x, y = plane.points.T
+    axes.scatter(x, y, s=wide**2, c="white", edgecolors=INK, linewidths=0.8, zorder=3)
+    style: dict[str, Any] = {"ha": "center", "va": "center_baseline" if short else "bottom"}
+    style |= {"fontsize": font, "zorder": 4, "path_effects": halo}
+    place: dict[str, Any] = {"xytext": (0, up), "textcoords": "offset points"}
+    for name, point in zip(names, plane.points, strict=True):
+        axes.annotate(name, tuple(point), **place, **style)
+
+
+def _circle(plane: MapPlane, units_per_point: float, widest: float) -> float:
+    """Diameter of a node's circle, points: the nearest two do not overlap, if names fit in."""
+    from scipy.spatial import KDTree
+
+    points = np.unique(plane.points, axis=0)
+    if len(points) < 2:
+        return widest
+    nearest = KDTree(points).query(points, k=2)[0][:, 1].min() / units_per_point
+    return float(np.clip(nearest - 1.0, 0.75 * widest, widest))
 
 
 def points_of(lines: npt.NDArray[Any]) -> list[Floats]:

@@ -9,7 +9,13 @@ import numpy.typing as npt
 
 from uxsim_geo.analysis.passages import Floats
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.map_sheet import LABELLED_NODES, POINTS_PER_INCH, points_of
+from uxsim_geo.export.map_sheet import (
+    INK,
+    LABELLED_NODES,
+    POINTS_PER_INCH,
+    draw_named_nodes,
+    points_of,
+)
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -17,7 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINK = "#2b6fad"
-NODE = (1.0, 6.3)  # diameter of a node's circle, points at least, at most
+NODE = (1.0, 6.3)  # diameter of a node without a name, points at least, at most
+LETTER = 0.55  # its width, of its height
 
 
 def network_figure(
@@ -26,31 +33,33 @@ def network_figure(
     """Map of the bare network, each link to the right of its road and with an arrow.
 
     ``size`` in inches; ``font_size`` of names in points: 0 leaves them out, and so does a network
-    of more than 60 nodes. Raises ValueError if the network has no geometry.
+    of more than 60 nodes; a link that is shorter than its name goes without. Raises ValueError if
+    the network has no geometry.
     """
     import shapely
     from matplotlib.figure import Figure
 
     plane = MapPlane.of(network)
     x0, y0, x1, y1 = plane.extent
-    margin = 0.06 * max(x1 - x0, y1 - y0)
+    margin = 0.03 * max(x1 - x0, y1 - y0)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     axes.set(xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin), aspect="equal")
     axes.set_title(title)
     axes.set_axis_off()
-    point = max((x1 - x0) / size[0], (y1 - y0) / (size[1] - 0.5)) * 1.12 / POINTS_PER_INCH
+    point = max((x1 - x0) / size[0], (y1 - y0) / (size[1] - 0.5)) * 1.06 / POINTS_PER_INCH
     usual = float(np.median(shapely.length(plane.lines))) / point
     lines = plane.to_the_right(np.full(len(plane.lines), np.clip(0.06 * usual, 0.5, 3.5) * point))
     _draw_links(axes, lines, point, usual)
-    x, y = plane.points.T
-    diameter = float(np.clip(0.2 * usual, *NODE))
-    axes.scatter(x, y, s=diameter**2, c="white", edgecolors="#555555", linewidths=0.12 * diameter)
     if font_size > 0 and len(network.nodes) <= LABELLED_NODES:
-        _name_nodes(axes, network, plane, font_size)
+        draw_named_nodes(axes, network, plane, point, 1.4 * font_size)
         # further out than the lines, so that the names of both directions can be read
-        beside = plane.to_the_right(np.full(len(lines), 0.95 * font_size * point))
-        _name_links(axes, network, beside, 0.75 * font_size)
+        beside = plane.to_the_right(np.full(len(lines), 0.9 * font_size * point))
+        _name_links(axes, network, beside, point, 0.7 * font_size)
+    else:
+        x, y = plane.points.T
+        wide = float(np.clip(0.2 * usual, *NODE))
+        axes.scatter(x, y, s=wide**2, c="white", edgecolors=INK, linewidths=0.12 * wide)
     return figure
 
 
@@ -80,26 +89,24 @@ def _heads(lines: npt.NDArray[Any], length: float) -> Floats:
     return heads
 
 
-def _name_nodes(axes: Axes, network: Network, plane: MapPlane, font_size: float) -> None:
-    """Names above the nodes."""
-    from matplotlib.patheffects import withStroke
-
-    halo = [withStroke(linewidth=2.5, foreground="white")]
-    place: dict[str, Any] = {"xytext": (0, 5), "textcoords": "offset points"}
-    place |= {"ha": "center", "va": "bottom", "fontweight": "bold"}
-    for name, point in zip(network.nodes["node_id"].astype(str), plane.points, strict=True):
-        axes.annotate(name, tuple(point), fontsize=font_size, zorder=5, path_effects=halo, **place)
-
-
 def _name_links(
-    axes: Axes, network: Network, lines: npt.NDArray[Any], font_size: float
+    axes: Axes, network: Network, lines: npt.NDArray[Any], point: float, font_size: float
 ) -> None:
-    """Names of links beside them; those of two directions stand apart on their way."""
+    """Names along the links, upright; those longer than their link are left out."""
     import shapely
     from matplotlib.patheffects import withStroke
 
-    halo = [withStroke(linewidth=1.8, foreground="white")]
-    points = shapely.get_coordinates(shapely.line_interpolate_point(lines, 0.4, normalized=True))
+    halo = [withStroke(linewidth=1.5, foreground="white")]
+    middle, after = (
+        shapely.get_coordinates(shapely.line_interpolate_point(lines, share, normalized=True))
+        for share in (0.4, 0.45)
+    )
+    angles = np.degrees(np.arctan2(*(after - middle).T[::-1]))
+    angles = (angles + 90.0) % 180.0 - 90.0  # no name stands on its head
+    room = shapely.length(lines) / point
     style: dict[str, Any] = {"ha": "center", "va": "center", "color": LINK, "zorder": 4}
-    for name, (x, y) in zip(network.links["link_id"].astype(str), points, strict=True):
-        axes.text(x, y, name, fontsize=font_size, path_effects=halo, **style)
+    style |= {"rotation_mode": "anchor", "fontsize": font_size, "path_effects": halo}
+    names = network.links["link_id"].astype(str)
+    for name, (x, y), angle, length in zip(names, middle, angles, room, strict=True):
+        if LETTER * font_size * len(name) <= length:
+            axes.text(x, y, name, rotation=float(angle), **style)

@@ -126,7 +126,9 @@ def _name_links(axes: Axes, link_ids: Sequence[str], starts: Floats, height: flo
     """Lines between the links, and beside them as many of their names as there is room for."""
     crowded = len(link_ids) > 20
     for start in starts[1:-1]:
-        axes.axhline(start, color="#999999" if crowded else "black", linewidth=0.4 if crowded else 0.8)
+        axes.axhline(
+            start, color="#999999" if crowded else "black", linewidth=0.4 if crowded else 0.8
+        )
     middles = (starts[:-1] + starts[1:]) / 2
     room = 1.3 * NAME / (0.75 * height * POINTS_PER_INCH) * starts[-1]
     named: list[int] = []
