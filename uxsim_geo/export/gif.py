@@ -50,7 +50,7 @@ def _durations(frame_ms: float) -> Iterator[int]:
     frame, shown = 0, 0
     while True:
         frame += 1
-        until = max(round(frame * frame_ms / 10), shown + SHORTEST)
+        until = max(int(frame * frame_ms / 10 + 0.5), shown + SHORTEST)
         yield until - shown
         shown = until
 
