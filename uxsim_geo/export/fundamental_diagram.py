@@ -69,10 +69,12 @@ def _draw_diagrams(axes: Axes, links: pd.DataFrame, reaction_time: float) -> Non
     jam = (links["lanes"] * links["jam_density"]).to_numpy(float)
     shapes = np.stack([speed, jam, top, given], axis=1)
     unique, link = np.unique(shapes, axis=0, return_inverse=True)
-    labels = {"diagram": "own diagram", "given": "capacity given"}
+    labels: dict[str, str | None] = {"diagram": "own diagram", "given": "capacity given"}
     for number, (u, m_kappa, Q, capacity) in enumerate(unique):
         (own,) = np.nonzero(link == number)
-        style = {"color": COLOURS[own[0] % len(COLOURS)] if own.size == 1 else SHARED}
+        style: dict[str, Any] = {
+            "color": COLOURS[own[0] % len(COLOURS)] if own.size == 1 else SHARED
+        }
         density = np.array([0.0, Q / u, m_kappa])
         _line(axes, density, np.array([0.0, Q, 0.0]), label=labels.pop("diagram", None), **style)
         if capacity < Q:  # both branches at that flow

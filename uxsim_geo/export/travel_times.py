@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -38,10 +38,11 @@ def travel_times_figure(trips: pd.DataFrame, title: str, *, free_flow: bool = Tr
     figure = Figure(figsize=(7.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
     edges = _edges(np.concatenate([minutes, free]) if free_flow else minutes)
-    axes.hist(minutes, edges, weights=vehicles, color=TAKEN, label="experienced")
+    bars: dict[str, Any] = {"bins": edges, "weights": vehicles}
+    axes.hist(minutes, color=TAKEN, label="experienced", **bars)
     if free_flow and len(done):
         style = {"histtype": "step", "color": FREE, "linewidth": 1.2, "label": "at free flow"}
-        axes.hist(free, edges, weights=vehicles, **style)
+        axes.hist(free, **bars, **style)
     _mark(axes, minutes, vehicles)
     axes.set(xlabel="travel time, min", ylabel=f"vehicles per {edges[1]:g} min")
     axes.set(xlim=(0, edges[-1]), ylim=(0, None))
@@ -58,7 +59,7 @@ def _edges(minutes: Floats) -> Floats:
     """Edges of the bars, min: multiples of a round number, up to the longest time."""
     longest = max(float(minutes.max(initial=0.0)), 1e-3)
     width = round_below(longest / BARS)
-    edges: Floats = np.arange(int(np.ceil(longest / width * (1 + 1e-12))) + 1) * width
+    edges: Floats = np.arange(int(np.ceil(longest / width * (1 + 1e-12))) + 1) * np.float64(width)
     return edges
 
 
