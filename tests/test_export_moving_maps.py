@@ -194,10 +194,15 @@ def test_films_of_maps_are_whole(tmp_path: Path) -> None:
         assert (shown.n_frames, shown.info["duration"]) == (2, 500)
 
 
-def test_a_film_of_nobody_is_refused() -> None:
+def test_a_film_of_nobody_and_a_trail_of_the_future_are_refused() -> None:
     network = corridor()
     passages = passages_of(network)
     samples = Samples.of(passages, 20.0, 300.0)
     nobody = samples.where(np.zeros(samples.time.size, bool))
-    with pytest.raises(InputError, match="no vehicle"):
-        moving_vehicles.animate_vehicles(network, passages, nobody, Path("x.gif"), frame_ms=50.0)
+    with pytest.raises(InputError) as refused:
+        moving_vehicles.animate_vehicles(
+            network, passages, nobody, Path("x.gif"), frame_ms=50.0, trail=-1
+        )
+    no_vehicle, trail = refused.value.faults
+    assert "no vehicle" in no_vehicle.what
+    assert (trail.column, trail.value) == ("trail", -1)

@@ -11,7 +11,7 @@ import pandas as pd
 from uxsim_geo.analysis.passages import Floats, Integers
 from uxsim_geo.export.colours import NEUTRAL
 from uxsim_geo.export.map_plane import MapPlane, round_below
-from uxsim_geo.export.map_sheet import INK, LABELLED_NODES, MapSheet
+from uxsim_geo.export.map_sheet import INK, MapSheet
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import TIMES
 
@@ -134,7 +134,7 @@ def _draw_largest(sheet: MapSheet, lines: Floats, pairs: _Pairs, first: int) -> 
 def _draw_destinations(sheet: MapSheet, network: Network, nodes: Integers) -> None:
     """Names of all nodes; where there is no room for them, dots where the lines shown end."""
     sheet.draw_nodes(network)
-    if len(network.nodes) > LABELLED_NODES:
+    if not sheet.names_nodes:
         x, y = sheet.plane.points[np.unique(nodes)].T
         sheet.axes.scatter(x, y, s=14, c=INK, edgecolors="white", linewidths=0.4, zorder=3)
 
@@ -171,9 +171,8 @@ def _draw_legend(sheet: MapSheet, pairs: _Pairs, first: int) -> None:
         labels.append("smaller pairs")
     sheet.legend(handles, labels, "vehicles of a pair")
     share = pairs.vehicles[first:].sum() / pairs.vehicles.sum()
-    named = len(sheet.plane.points) <= LABELLED_NODES
     sheet.note(
         f"{len(pairs.vehicles) - first:,} largest of\n{len(pairs.vehicles):,} pairs,\n"
         f"{100 * share:.0f} % of vehicles.\nLines bow to the right\nof their direction"
-        f"{'.' if named else ',' + chr(10) + 'dots are their ends.'}"
+        f"{'.' if sheet.names_nodes else ',' + chr(10) + 'dots are their ends.'}"
     )

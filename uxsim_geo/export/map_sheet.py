@@ -72,7 +72,7 @@ class MapSheet:
 
         x0, y0, x1, y1 = extent
         longer = max(x1 - x0, y1 - y0)
-        usual = float(np.median(shapely.length(plane.lines))) / longer * POINTS_PER_INCH
+        usual = float(np.nanmedian(shapely.length(plane.lines))) / longer * POINTS_PER_INCH
         side = float(np.clip(ROOM / max(usual, 1e-9), *LONGER_SIDE))
         width, height = (
             max(side * (b - a) / longer, SHORTEST_SIDE) for a, b in ((x0, x1), (y0, y1))
@@ -88,7 +88,7 @@ class MapSheet:
         axes.set(xlim=(x - half[0], x + half[0]), ylim=(y - half[1], y + half[1]))
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_title(title, loc="left")
+        axes.set_title(title, loc="left", wrap=True)
         return cls(figure, axes, plane, longer / side / POINTS_PER_INCH, usual * side)
 
     @property
@@ -168,9 +168,14 @@ class MapSheet:
         """Write a few short lines beside the middle of the map."""
         self.axes.text(1.02, BAR[2] + 0.03, text, transform=self.axes.transAxes, fontsize=8)
 
+    @property
+    def names_nodes(self) -> bool:
+        """Whether there is room for the names of all nodes."""
+        return len(self.plane.points) <= LABELLED_NODES
+
     def draw_nodes(self, network: Network) -> None:
         """Names of nodes while there is room; else junctions speak for themselves."""
-        if len(network.nodes) <= LABELLED_NODES:
+        if self.names_nodes:
             draw_named_nodes(self.axes, network, self.plane, self.units_per_point)
 
 

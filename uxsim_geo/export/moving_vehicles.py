@@ -12,7 +12,7 @@ import numpy as np
 from uxsim_geo.analysis.passages import Floats, Integers, Passages
 from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.analysis.trajectories import LinkLines
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import Faults
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.film import MovingMap, Progress, add_clock, check_film, clock, write_film
 from uxsim_geo.export.map_sheet import INK, MapSheet, speed_scale
@@ -45,11 +45,10 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     .mp4; a picture lasts ``frame_ms``; ``progress`` is told the share that is done.
 
     Raises :class:`uxsim_geo.errors.InputError` for a film that cannot be written, or without any
-    sample, and ValueError if the network has no geometry.
+    sample, or for a trail below 0, and ValueError if the network has no geometry.
     """
     check_film(path, frame_ms)
-    if samples.time.size == 0:
-        raise InputError([Fault("no vehicle is on a link at any moment: there is no film of them")])
+    _check(samples, trail)
     sheet = MapSheet.of(network, "")
     roads = sheet.beside(np.full(len(sheet.plane.lines), _dot_size(sheet)))
     sheet.draw_roads(roads)
@@ -75,6 +74,15 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
 
     film = MovingMap(sheet, (fading, dots, time), draw, moments.size)
     write_film(film, path, frame_ms, progress)
+
+
+def _check(samples: Samples, trail: int) -> None:
+    faults = Faults("film")
+    if samples.time.size == 0:
+        faults.add("no vehicle is on a link at any moment: there is nothing to show")
+    if trail < 0:
+        faults.add("must be a number of pictures, 0 or more", column="trail", value=trail)
+    faults.raise_if_any()
 
 
 def _moments(samples: Samples) -> tuple[Integers, Floats]:

@@ -93,7 +93,8 @@ def _draw_traffic(sheet: MapSheet, network: Network, totals: pd.DataFrame) -> Li
         cmap=colours,
         norm=norm,
         linewidths=widths[used],
-        capstyle="butt",
+        # circles of nodes hide the gaps that turns leave; where there are none, round ends do
+        capstyle="butt" if sheet.names_nodes else "round",
         zorder=2,
     )
     sheet.axes.add_collection(traffic)

@@ -41,7 +41,12 @@ def travel_times_figure(trips: pd.DataFrame, title: str, *, free_flow: bool = Tr
     bars: dict[str, Any] = {"bins": edges, "weights": vehicles}
     axes.hist(minutes, color=TAKEN, label="experienced", **bars)
     if free_flow and len(done):
-        style = {"histtype": "step", "color": FREE, "linewidth": 1.2, "label": "at free flow"}
+        style: dict[str, Any] = {
+            "histtype": "step",
+            "color": FREE,
+            "linewidth": 1.2,
+            "label": "at free flow",
+        }
         axes.hist(free, **bars, **style)
     _mark(axes, minutes, vehicles)
     axes.set(xlabel="travel time, min", ylabel=f"vehicles per {edges[1]:g} min")
