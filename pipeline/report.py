@@ -121,7 +121,8 @@ def _write_geopackage(material: Material, path: Path) -> None:
 
 def _write_network_state(material: Material, path: Path) -> None:
     from uxsim_geo.analysis.link_states import link_totals
-    from uxsim_geo.export.plots import network_state_figure, save_figure
+    from uxsim_geo.export.plots import network_state_figure
+    from uxsim_geo.export.saving import save_figure
 
     totals = link_totals(material.states)
     save_figure(network_state_figure(material.network, totals, material.config.name), path)
@@ -129,7 +130,8 @@ def _write_network_state(material: Material, path: Path) -> None:
 
 def _write_mfd(material: Material, path: Path) -> None:
     from uxsim_geo.analysis.network_states import network_states
-    from uxsim_geo.export.plots import mfd_figure, save_figure
+    from uxsim_geo.export.plots import mfd_figure
+    from uxsim_geo.export.saving import save_figure
 
     states = network_states(material.states, material.network)
     save_figure(mfd_figure(states, material.config.name), path)

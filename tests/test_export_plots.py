@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
+import pandas as pd
 import pytest
 from mapped_network import states_with_a_queue, two_way_road
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from newell_link import network_of
-from shapely.geometry import LineString
+from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.network_states import network_states
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane, round_below
-from uxsim_geo.export.plots import mfd_figure, network_state_figure, save_figure
+from uxsim_geo.export.map_sheet import MapSheet
+from uxsim_geo.export.plots import mfd_figure, network_state_figure
 from uxsim_geo.network.network import Network
 
 
@@ -91,6 +92,47 @@ def legend_texts(figure: Figure) -> list[str]:
     return [text.get_text() for text in legend.get_texts()]
 
 
+def grid(side: int) -> Network:
+    """A grid of two-way streets, 100 m apart."""
+    places = np.arange(side * side).reshape(side, side)
+    pairs = [*zip(places[:, :-1].ravel(), places[:, 1:].ravel(), strict=True)]
+    pairs += zip(places[:-1].ravel(), places[1:].ravel(), strict=True)
+    points = [Point(100.0 * (place % side), 100.0 * (place // side)) for place in places.ravel()]
+    ends = [(a, b) for one, other in pairs for a, b in ((one, other), (other, one))]
+    rows = [{"from_node_id": str(a), "to_node_id": str(b), "length": 100.0} for a, b in ends]
+    plain = network_of(rows, [str(place) for place in places.ravel()])
+    lines = [LineString([points[a], points[b]]) for a, b in ends]
+    return Network(
+        gpd.GeoDataFrame(plain.nodes, geometry=points, crs="EPSG:25832"),
+        gpd.GeoDataFrame(plain.links, geometry=lines, crs="EPSG:25832"),
+    )
+
+
+@pytest.mark.parametrize("side", [3, 10, 71])
+def test_lines_of_a_crowded_map_leave_paper_between_them(side: int) -> None:
+    sheet = MapSheet.of(grid(side), "t")
+    block = 100.0 / sheet.units_per_point
+    assert sheet.usual == pytest.approx(block)
+    assert 0.3 <= sheet.thin < sheet.narrowest < sheet.widest <= block / 4
+    beside = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
+    edge = min(line.distance(road) for line, road in zip(beside, sheet.plane.lines, strict=True))
+    assert edge / sheet.units_per_point > sheet.widest / 2  # the two directions do not touch
+    assert edge / sheet.units_per_point < sheet.widest / 2 + 0.4
+
+
+def test_twenty_thousand_links_are_two_artists() -> None:
+    network = grid(71)
+    assert len(network.links) == 19_880
+    volume = np.arange(len(network.links), dtype=float)
+    totals = pd.DataFrame({"volume": volume, "speed": np.where(volume % 2, 20.0, 1.0)})
+    axes = network_state_figure(network, totals, "t").axes[0]
+    unused, traffic = axes.collections
+    assert (len(unused.get_paths()), len(traffic.get_paths())) == (1, 19_879)
+    shown = traffic.get_array()
+    assert (np.diff(shown) <= 0).all()  # the slowest on top
+    assert "1 km" in {text.get_text() for text in axes.texts}
+
+
 def test_a_network_without_geometry_cannot_be_drawn() -> None:
     with pytest.raises(ValueError, match="no geometry"):
         state_figure(network_of([{}, {}]))
@@ -105,17 +147,6 @@ def test_the_fundamental_diagram_is_in_vehicles_per_hour_and_kilometre() -> None
     assert np.asarray(points[0]) == pytest.approx([5 * 240 / 2e5 * 1000, 5 * 2975 / 2e5 * 3600])
     assert "veh/km" in figure.axes[0].get_xlabel()
     assert "veh/h" in figure.axes[0].get_ylabel()
-
-
-def test_a_saved_picture_says_nothing_of_when_and_by_what(tmp_path: Path) -> None:
-    pictures = []
-    for name in ("one.png", "two.png"):
-        save_figure(state_figure(two_way_road()), tmp_path / name)
-        pictures.append((tmp_path / name).read_bytes())
-    assert pictures[0] == pictures[1]
-    assert pictures[0].startswith(b"\x89PNG")
-    assert b"Software" not in pictures[0]
-    assert {file.name for file in tmp_path.iterdir()} == {"one.png", "two.png"}
 
 
 def test_degrees_become_metres_of_equal_scale() -> None:

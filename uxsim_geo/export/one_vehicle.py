@@ -13,6 +13,8 @@ from uxsim_geo.network.network import Network
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+MOST_NAMES = 15  # of links, that do not cover one another
+
 
 def vehicle_figure(
     network: Network, passages: Passages, samples: Samples, vehicle: int, duration: float
@@ -37,7 +39,8 @@ def vehicle_figure(
     names = network.links["link_id"].astype(str).to_numpy()[passages.link[driven]]
     begin, end = passages.enter[driven], np.minimum(passages.exit[driven], duration)
     ways.barh(np.arange(driven.size), end - begin, left=begin, color="#84bcd8")
-    ways.set_yticks(np.arange(driven.size), labels=list(names))
+    named = np.arange(0, driven.size, -(-driven.size // MOST_NAMES))
+    ways.set_yticks(named, labels=list(names[named]))
     ways.set(xlabel="time, s", ylabel="link")
     for axes in (speed, ways):
         axes.grid(color="#e6e6e6", linewidth=0.6)

@@ -3,52 +3,78 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.export.breakpoints import Ways, ways_on_link
+from uxsim_geo.export.map_sheet import POINTS_PER_INCH, speed_scale
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
 
 LINE = "#2b6fad"
 LONGEST_TITLE = 80  # letters
-FEWEST_POINTS = 24  # of a platoon's way over a link; enough for every stop to show
+COLOUR_STEPS = 120  # over the duration
+NAME = 8.0  # size of a link's name, points
 
 
-def trajectories_figure(
+def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by default
     network: Network,
     passages: Passages,
     link_ids: Sequence[str],
     duration: float,
     size: tuple[float, float] = (12.0, 4.0),
+    *,
+    by_speed: bool = False,
 ) -> Figure:
     """Draw the trajectories of all platoons on some links, one after the other upwards.
 
     ``duration`` is how far the simulation has come, s; ``size`` in inches. A platoon that leaves
-    by another link ends there. Raises ValueError if a link is not in the network.
+    by another link ends there. The lines are exact. ``by_speed`` gives them the colours of the
+    speed relative to free speed, the mean over 1/120 of the duration: in a queue platoons stand and
+    drive by turns. Raises ValueError if a link is not in the network.
     """
-    from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
 
     rows = rows_of_links(network, link_ids)
     starts = np.concatenate(([0.0], np.cumsum(passages.geometry.length[rows])))
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
+    cuts = np.arange(1, COLOUR_STEPS) * duration / COLOUR_STEPS if by_speed else None
+    platoons = int((passages.first[rows + 1] - passages.first[rows]).max())
+    style: dict[str, Any] = {"linewidths": float(np.clip(12 / max(platoons, 1) ** 0.5, 0.25, 0.8))}
     for row, start in zip(rows, starts, strict=False):
-        lines = _lines(passages, int(row), float(start), duration)
-        axes.add_collection(LineCollection(list(lines), colors=LINE, linewidths=0.6))
+        ways = ways_on_link(passages, int(row), duration, cuts)
+        if cuts is None:
+            lines = _plain(ways, float(start), style)
+        else:
+            lines = _coloured(ways, float(start), passages, cuts, style)
+        axes.add_collection(lines)
+    if by_speed:
+        bar = figure.colorbar(lines, ax=axes, pad=0.01, format="%d")
+        bar.set_label("speed, % of free speed")
     axes.set(xlim=(0, duration), ylim=(0, starts[-1]), xlabel="time, s")
     axes.set_ylabel("distance, m")
     axes.set_title(_title(link_ids))
     axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.set_axisbelow(True)
     if len(link_ids) > 1:
-        _name_links(axes, link_ids, starts)
+        _name_links(axes, link_ids, starts, size[1])
     return figure
+
+
+def rows_of_links(network: Network, link_ids: Sequence[str]) -> Integers:
+    """Rows of some links in the table; raises ValueError where there is none."""
+    position = {str(name): row for row, name in enumerate(network.links["link_id"])}
+    missing = [name for name in link_ids if name not in position]
+    if missing or not link_ids:
+        raise ValueError(f"the network has no link {', '.join(missing)}" if missing else "no links")
+    return np.array([position[name] for name in link_ids], np.int64)
 
 
 def _title(link_ids: Sequence[str]) -> str:
@@ -61,31 +87,54 @@ def _title(link_ids: Sequence[str]) -> str:
     return f"{link_ids[0]} → … → {link_ids[-1]} ({len(link_ids)} links)"
 
 
-def rows_of_links(network: Network, link_ids: Sequence[str]) -> Integers:
-    """Rows of some links in the table; raises ValueError where there is none."""
-    position = {str(name): row for row, name in enumerate(network.links["link_id"])}
-    missing = [name for name in link_ids if name not in position]
-    if missing or not link_ids:
-        raise ValueError(f"the network has no link {', '.join(missing)}" if missing else "no links")
-    return np.array([position[name] for name in link_ids], np.int64)
+def _plain(ways: Ways, start: float, style: dict[str, Any]) -> LineCollection:
+    from matplotlib.collections import LineCollection
+
+    return LineCollection(ways.lines(start), colors=LINE, **style)
 
 
-def _lines(passages: Passages, link: int, start: float, duration: float) -> Floats:
-    """Points of the trajectories on a link, shape (passages, points, 2): time, distance."""
-    own = np.arange(passages.first[link], passages.first[link + 1])
-    end = np.minimum(passages.exit[own], duration)
-    share = np.linspace(0.0, 1.0, FEWEST_POINTS)
-    times = passages.enter[own, None] + (end - passages.enter[own])[:, None] * share
-    rows = np.repeat(own, FEWEST_POINTS)
-    place = passages.positions(rows, times.ravel()).reshape(times.shape)
-    lines: Floats = np.stack([times, start + place], axis=2)
-    return lines
+def _coloured(
+    ways: Ways, start: float, passages: Passages, cuts: Floats, style: dict[str, Any]
+) -> LineCollection:
+    """Lines from point to point, in the colours of the mean speed between two cuts."""
+    from matplotlib.collections import LineCollection
+
+    points = np.stack([ways.time, start + ways.position], axis=1)
+    here = np.flatnonzero(np.diff(ways.row) == 0)
+    colours, norm = speed_scale()
+    percent = _percent(ways, here, passages, cuts)
+    lines = np.stack([points[here], points[here + 1]], axis=1)
+    return LineCollection(list(lines), array=percent, cmap=colours, norm=norm, **style)
 
 
-def _name_links(axes: Axes, link_ids: Sequence[str], starts: Floats) -> None:
+def _percent(ways: Ways, here: Integers, passages: Passages, cuts: Floats) -> Floats:
+    """Mean speed, % of free speed, of the lines from points ``here``, between two cuts each."""
+    if not here.size:
+        return np.empty(0)
+    row, cut = ways.row[here], np.searchsorted(cuts, ways.time[here], side="right")
+    new = np.append(True, (np.diff(row) != 0) | (np.diff(cut) != 0))
+    first, group = np.flatnonzero(new), np.cumsum(new) - 1
+    driven, time = (
+        np.add.reduceat(np.diff(values)[here], first) for values in (ways.position, ways.time)
+    )
+    free = time * passages.geometry.free_speed[passages.link[row[first]]]
+    percent: Floats = np.minimum(100 * driven / np.maximum(free, 1e-9), 100.0)[group]
+    return percent
+
+
+def _name_links(axes: Axes, link_ids: Sequence[str], starts: Floats, height: float) -> None:
+    """Lines between the links, and beside them as many of their names as there is room for."""
+    crowded = len(link_ids) > 20
     for start in starts[1:-1]:
-        axes.axhline(start, color="black", linewidth=0.8)
+        axes.axhline(
+            start, color="#999999" if crowded else "black", linewidth=0.4 if crowded else 0.8
+        )
     middles = (starts[:-1] + starts[1:]) / 2
+    room = 1.3 * NAME / (0.75 * height * POINTS_PER_INCH) * starts[-1]
+    named: list[int] = []
+    for link, middle in enumerate(middles):
+        if not named or middle - middles[named[-1]] >= room:
+            named.append(link)
     names = axes.secondary_yaxis("right")
-    names.set_yticks(middles, labels=list(link_ids))
+    names.set_yticks(middles[named], labels=[link_ids[link] for link in named], fontsize=NAME)
     names.tick_params(length=0)

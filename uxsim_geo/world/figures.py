@@ -185,14 +185,14 @@ class Figures(Sight):
         A frame lasts ``animation_speed_inverse`` ms for each of them. ``detailed`` makes part of
         the file's name alone.
         """
-        from uxsim_geo.export.animations import animate_links
+        from uxsim_geo.export.moving_links import animate_links
 
         pictures.check_looks(looks)
         path = self._path_of(file_name, f"anim_network{detailed}.gif")
         skip = _checked("timestep_skip", timestep_skip, above=0.0)
         frame_ms = _checked("animation_speed_inverse", animation_speed_inverse, above=0.0) * skip
         states = self._states_of_bins(skip * self.W.DELTAT)
-        animate_links(self._network, states, path, frame_ms)
+        animate_links(self._network, states, path, frame_ms=frame_ms)
         return path
 
     def network_fancy(
@@ -208,7 +208,7 @@ class Figures(Sight):
 
         A frame lasts ``animation_speed_inverse * speed_coef`` ms.
         """
-        from uxsim_geo.export.animations import animate_vehicles
+        from uxsim_geo.export.moving_vehicles import animate_vehicles
 
         pictures.check_looks(looks)
         path = self._path_of(file_name, "anim_network_fancy.gif")
@@ -220,7 +220,8 @@ class Figures(Sight):
         vehicle = self._passages.vehicle[samples.row]
         shown = np.floor((vehicle + 1) * ratio) > np.floor(vehicle * ratio)
         frame_ms = speed * _checked("speed_coef", speed_coef, above=0.0)
-        animate_vehicles(self._network, self._passages, samples.where(shown), path, frame_ms)
+        samples = samples.where(shown)
+        animate_vehicles(self._network, self._passages, samples, path, frame_ms=frame_ms)
         return path
 
     def _rows_of_links(

@@ -39,7 +39,7 @@ def folder(world: World) -> Path:
 
 def finish(world: World, figure: Figure, name: str) -> Figure:
     """Save a figure to the world's folder and show it, if the world says so."""
-    from uxsim_geo.export.plots import save_figure
+    from uxsim_geo.export.saving import save_figure
 
     if world.save_mode:
         folder(world).mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,83 @@
+"""A moving map of the links: how dense and how fast their traffic is, bin by bin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.export.film import MovingMap, Progress, add_clock, check_film, clock, write_film
+from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
+from uxsim_geo.network.network import Network
+
+SHOWN_SHARES = (0.2, 0.5, 1.0)  # of jam density, in the legend
+
+
+def animate_links(
+    network: Network,
+    states: pd.DataFrame,
+    path: Path,
+    *,
+    frame_ms: float,
+    progress: Progress | None = None,
+) -> None:
+    """Write a moving map with a picture a time bin: width is density, colour speed.
+
+    ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`; a link at jam density
+    is as wide as a link can be, and the slowest lie on top. The ending of ``path`` is .gif or .mp4;
+    a picture lasts ``frame_ms``; ``progress`` is told the share that is done. Raises
+    :class:`uxsim_geo.errors.InputError` for a film that cannot be written, and ValueError if the
+    network has no geometry.
+    """
+    from matplotlib.collections import LineCollection
+
+    check_film(path, frame_ms)
+    sheet = MapSheet.of(network, "")
+    roads = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
+    sheet.draw_roads(roads)
+    sheet.draw_scale()
+    share, percent = _shares(network, states)
+    begin, end = (states[name].to_numpy(float)[: share.shape[1]] for name in ("begin_s", "end_s"))
+    lines = points_of(roads)
+    colours, norm = speed_scale()
+    traffic = LineCollection([], cmap=colours, norm=norm, capstyle="butt", zorder=2)
+    sheet.axes.add_collection(traffic, autolim=False)
+    sheet.colour_bar(traffic, "speed, % of free speed", format="%d")
+    _draw_legend(sheet)
+    time = add_clock(sheet)
+
+    def draw(number: int) -> None:
+        slowest_last = np.argsort(-percent[:, number], kind="stable")
+        used = slowest_last[share[slowest_last, number] > 0]
+        traffic.set_segments([lines[link] for link in used])
+        traffic.set_linewidth(_widths(sheet, share[used, number]).tolist())
+        traffic.set_array(percent[used, number])
+        time.set_text(f"{clock(begin[number])} to {clock(end[number])}")
+
+    write_film(MovingMap(sheet, (traffic, time), draw, begin.size), path, frame_ms, progress)
+
+
+def _shares(network: Network, states: pd.DataFrame) -> tuple[Floats, Floats]:
+    """Density as a share of that of a jam, and percent of free speed; shape (links, bins)."""
+    links = network.links
+    jam = (links["jam_density"] * links["lanes"]).to_numpy(float)[:, None]
+    density, speed = (
+        states[name].to_numpy(float).reshape(len(links), -1) for name in ("density", "speed")
+    )
+    percent = np.minimum(100 * speed / links["free_speed"].to_numpy(float)[:, None], 100.0)
+    return np.minimum(density / jam, 1.0), percent
+
+
+def _widths(sheet: MapSheet, share: Floats) -> Floats:
+    return sheet.narrowest + (sheet.widest - sheet.narrowest) * share
+
+
+def _draw_legend(sheet: MapSheet) -> None:
+    from matplotlib.lines import Line2D
+
+    widths = _widths(sheet, np.array(SHOWN_SHARES))
+    handles = [Line2D([], [], color=INK, linewidth=width) for width in widths]
+    labels = [f"{100 * share:.0f} %" for share in SHOWN_SHARES]
+    sheet.legend(handles, labels, "density,\nof jam density")
