@@ -18,6 +18,7 @@ from pydantic import (
 from pipeline.config_keys import Id, InputFile, LocatedSection, Section
 from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
+from pipeline.plot_config import PlotEntry
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.network.tntp_options import (
     CapacityFrom,
@@ -42,7 +43,7 @@ def _one_or_many(value: object) -> object:
 
 
 #: what a report can hold; ``pipeline.report`` has one function for each
-Output = Literal["geopackage", "network_state", "mfd", "space_time"]
+Output = Literal["geopackage", "space_time"]
 
 
 def _unit_of(quantity: Quantity) -> AfterValidator:
@@ -237,7 +238,7 @@ class SimulateSection(LocatedSection):
         )
 
 
-class ReportSection(Section):
+class ReportSection(LocatedSection):
     """What is made of the results."""
 
     bin_s: float = Field(300.0, gt=0, description="length of a time bin in tables and plots, s")
@@ -248,6 +249,21 @@ class ReportSection(Section):
     outputs: tuple[Output, ...] = Field(
         typing.get_args(Output), strict=False, description="which outputs to write"
     )
+    plots: tuple[PlotEntry, ...] = Field(
+        (
+            PlotEntry(plot="network_average"),
+            PlotEntry(plot="macroscopic_fundamental_diagram"),
+        ),
+        strict=False,
+        description="pictures and films for the folder plots/",
+    )
+
+    @model_validator(mode="after")
+    def _files_differ(self) -> Self:
+        names = [entry.file_name for entry in self.plots]
+        for name in sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"plots: two of them make {name}; give one of them a file")
+        return self
 
 
 class Config(Section):

@@ -28,6 +28,9 @@ class Watch(Protocol):
     def simulated(self, progress: Progress) -> None:
         """Take the state of a simulation under way."""
 
+    def drawn(self, name: str, share: float) -> None:
+        """Take how far a film has come, 0 to 1."""
+
 
 class Silence:
     """For ``--quiet``: nothing is shown."""
@@ -38,6 +41,9 @@ class Silence:
     def simulated(self, progress: Progress) -> None:
         """Pass over it."""
 
+    def drawn(self, name: str, share: float) -> None:
+        """Pass over it."""
+
 
 class Lines:
     """For pipes and files: one line for each tenth of the simulated time."""
@@ -45,6 +51,7 @@ class Lines:
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
         self.tenths_shown = 0
+        self.quarters: dict[str, int] = {}
 
     def say(self, text: str) -> None:
         """Write the line."""
@@ -57,6 +64,13 @@ class Lines:
             self.tenths_shown = tenths
             so_far = f"{progress.time:,.0f} of {progress.duration:,.0f} s"
             self.say(f"  {so_far}, vehicles: {describe(progress)}")
+
+    def drawn(self, name: str, share: float) -> None:
+        """Write a line if another quarter of a film is done."""
+        quarters = math.floor(4 * share)
+        if quarters > self.quarters.get(name, 0):
+            self.quarters[name] = quarters
+            self.say(f"  {name}: {25 * quarters} %")
 
 
 class Terminal:
@@ -76,8 +90,20 @@ class Terminal:
             self.task,
             total=progress.duration,
             completed=progress.time,
+            so_far=f"{progress.time:,.0f} of {progress.duration:,.0f} s",
             words=describe(progress),
             visible=progress.time < progress.duration,
+        )
+
+    def drawn(self, name: str, share: float) -> None:
+        """Move the bar to where a film stands; it goes when the film is done."""
+        self.bar.update(
+            self.task,
+            total=1.0,
+            completed=share,
+            so_far=f"{100 * share:.0f} %",
+            words=name,
+            visible=share < 1,
         )
 
 
@@ -92,16 +118,16 @@ def watching(*, quiet: bool) -> Iterator[Watch]:
         from rich.console import Console
 
         with bar_on(Console(stderr=True)) as bar:
-            task = bar.add_task("", total=1.0, visible=False, words="")
+            task = bar.add_task("", total=1.0, visible=False, so_far="", words="")
             yield Terminal(bar, task)
 
 
 def bar_on(console: Console) -> Bar:
-    """Return a bar between the time simulated and the words of :func:`describe`, in 80 columns."""
+    """Return a bar between how far it has come and what is going on, in 80 columns."""
     from rich.progress import BarColumn, Progress, TextColumn
 
     return Progress(
-        TextColumn("{task.completed:,.0f} of {task.total:,.0f} s"),
+        TextColumn("{task.fields[so_far]}"),
         BarColumn(bar_width=10),
         TextColumn("{task.fields[words]}"),
         console=console,

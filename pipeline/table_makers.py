@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -59,13 +58,9 @@ class FinishedRun:
 
 def check_bins(run: FinishedRun) -> None:
     """Refuse a table of all links in all bins that would have too many rows."""
-    from pipeline.report import MOST_STATES
+    from pipeline.material import check_bins as check
 
-    links = len(run.network.links)
-    shortest = run.result.settings.duration * links / MOST_STATES
-    if run.bin_s < shortest:
-        what = f"--bin-s: too short for {links:,} links; take {math.ceil(shortest)} s or more"
-        raise InputError([Fault(what, value=run.bin_s)])
+    check("--bin-s", run.bin_s, run.result.settings.duration, len(run.network.links))
 
 
 def _summary(run: FinishedRun) -> pd.DataFrame:

@@ -43,6 +43,7 @@ simulate:
   duration_s: 1200
 report:
   outputs: [geopackage]
+  plots: []
 """
 
 

@@ -100,8 +100,7 @@ def test_a_run_under_a_limit_reports_it(tmp_path: Path) -> None:
     """A platoon every 30 s drives 1 km at 20 m/s, or at 10 m/s who enters from 300 to 600 s."""
     limit = "{links: [3-4], speed_kmh: 36, begin_s: 300, end_s: 600}"
     control = f"  control:\n    speed_limits: [{limit}]\nreport:\n  bin_s: 30"
-    outputs = "[geopackage, network_state, mfd]"
-    config = CONFIG.replace("report:", control).replace("[geopackage]", outputs)
+    config = CONFIG.replace("report:", control)
     write_small_run(tmp_path, config)
     assert run_small(tmp_path) == 0
     folder = tmp_path / "runs/small"

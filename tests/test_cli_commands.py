@@ -174,7 +174,7 @@ def test_file_in_the_way_of_the_run_folder(
 
 def test_a_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
     write_small_run(tmp_path)
-    pictures = "report.outputs=[geopackage, network_state, mfd]"
+    pictures = "report.plots=[{plot: network_average}, {plot: travel_times, format: svg}]"
     assert run_small(tmp_path, "--quiet", "--set", pictures) == 0
     folder = tmp_path / "runs/small"
     assert {path.relative_to(folder).as_posix() for path in folder.rglob("*.*")} == {
@@ -183,12 +183,12 @@ def test_a_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
         "demand_notes.parquet",
         "events.parquet",
         "manifest.json",
-        "mfd.png",
         "network/import_notes.parquet",
         "network/links.parquet",
         "network/movements.parquet",
         "network/nodes.parquet",
-        "network_state.png",
+        "plots/network_average.png",
+        "plots/travel_times.svg",
         "results.gpkg",
         "run.log",
         "summary.json",

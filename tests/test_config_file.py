@@ -52,7 +52,7 @@ def test_unknown_key_names_the_nearest_one_and_its_line(tmp_path: Path) -> None:
 def test_key_in_the_wrong_section_is_sent_to_the_right_one(tmp_path: Path) -> None:
     fault = only_fault(tmp_path, CONFIG + "  platoon_size: 5\n")
     assert fault == (
-        "small.yaml:16: unknown key report.platoon_size; did you mean simulate.platoon_size?"
+        "small.yaml:17: unknown key report.platoon_size; did you mean simulate.platoon_size?"
     )
 
 

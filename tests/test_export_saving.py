@@ -20,7 +20,7 @@ TELLTALES = (b"Software", b"Matplotlib", b"matplotlib.org", b"Date", b"<dc:date>
 
 def state_figure() -> Figure:
     network = two_way_road()
-    return network_state_figure(network, link_totals(network, states_with_a_queue(network)), "t")
+    return network_state_figure(network, link_totals(states_with_a_queue(network)), "t")
 
 
 @pytest.mark.parametrize("ending", BEGINS)

@@ -60,6 +60,14 @@ class Samples:
         speed = np.minimum(speed, passages.geometry.free_speed[passages.link[row]])
         return cls(interval, row, time, position, speed)
 
+    def of_share(self, passages: Passages, share: float) -> Samples:
+        """The samples of a share of the platoons, spread evenly over them as they depart.
+
+        Shown are those at which the sum of shares comes to the next whole number.
+        """
+        vehicle = passages.vehicle[self.row]
+        return self.where(np.floor((vehicle + 1) * share) > np.floor(vehicle * share))
+
     def where(self, chosen: npt.NDArray[np.bool_]) -> Samples:
         """The samples for which ``chosen`` holds; shape (samples,)."""
         return Samples(

@@ -48,6 +48,28 @@ def network_state_figure(
     return sheet.figure
 
 
+def network_at_time_figure(
+    network: Network, states: pd.DataFrame, time: float, title: str
+) -> Figure:
+    """Map of the time bin in which ``time`` (s) lies, or of the last: width is vehicles on a link.
+
+    ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. Raises ValueError if
+    the network has no geometry.
+    """
+    here = states[(states["begin_s"] <= time) & (time < states["end_s"])]
+    if here.empty:
+        here = states[states["end_s"] == states["end_s"].max()]
+    begin, end = here[["begin_s", "end_s"]].iloc[0]
+    here = here.assign(volume=here["time"] / (end - begin)).reset_index(drop=True)
+    return network_state_figure(
+        network,
+        here,
+        f"{title}: {begin:,.0f} to {end:,.0f} s",
+        volume="vehicles on the link",
+        period="in this time",
+    )
+
+
 def mfd_figure(states: pd.DataFrame, title: str) -> Figure:
     """The network's fundamental diagram: flow against density, one point a time bin.
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from uxsim_geo.analysis.cells import space_time_cells
 from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.network_states import network_states
+from uxsim_geo.analysis.od import od_table
 from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.errors import Faults
 from uxsim_geo.world import pictures, values
@@ -114,14 +112,8 @@ class Figures(Sight):
         """Draw flow against density of the network, or of some links; axes fit by themselves."""
         from uxsim_geo.export.plots import mfd_figure
 
-        network, states = self._network, self._states
-        if links is not None:
-            names = [link.name for link in self._links(links, least=1)]
-            chosen = network.links["link_id"].isin(names)
-            network = replace(network, links=network.links[chosen])
-            states = states[states["link_id"].isin(names)]
         title = figtitle or f"{self.W.name or 'network'}: fundamental diagram"
-        figure = mfd_figure(network_states(states, network), title)
+        figure = mfd_figure(network_states(self._states_of_links(links), self._network), title)
         if figsize is not None:
             figure.set_size_inches(figsize)
         return pictures.finish(self.W, figure, f"mfd{fname}")
@@ -131,23 +123,12 @@ class Figures(Sight):
 
         Links are drawn as a whole; ``detailed`` makes part of the file's name alone.
         """
-        from uxsim_geo.export.plots import network_state_figure
+        from uxsim_geo.export.plots import network_at_time_figure
 
         pictures.check_looks(looks)
         time = self._result.settings.duration if t is None else _checked("t", t)
-        states = self._states.copy()
-        here = states[(states["begin_s"] <= time) & (time < states["end_s"])]
-        if here.empty:
-            here = states[states["end_s"] == states["end_s"].max()]
-        begin, end = here[["begin_s", "end_s"]].iloc[0]
-        here = here.assign(volume=here["time"] / (end - begin)).reset_index(drop=True)
-        figure = network_state_figure(
-            self._network,
-            here,
-            f"{self.W.name or 'network'}: {begin:,.0f} to {end:,.0f} s",
-            volume="vehicles on the link",
-            period="in this time",
-        )
+        title = self.W.name or "network"
+        figure = network_at_time_figure(self._network, self._states, time, title)
         return pictures.finish(self.W, figure, f"network{detailed}_{time:g}")
 
     def network_average(self, **looks: Any) -> Figure:
@@ -183,7 +164,7 @@ class Figures(Sight):
         """Write a moving map of the links: one frame every ``timestep_skip`` time steps.
 
         A frame lasts ``animation_speed_inverse`` ms for each of them. ``detailed`` makes part of
-        the file's name alone.
+        the file's name alone. The file is a GIF, or an MP4 where ``file_name`` ends so.
         """
         from uxsim_geo.export.moving_links import animate_links
 
@@ -192,7 +173,8 @@ class Figures(Sight):
         skip = _checked("timestep_skip", timestep_skip, above=0.0)
         frame_ms = _checked("animation_speed_inverse", animation_speed_inverse, above=0.0) * skip
         states = self._states_of_bins(skip * self.W.DELTAT)
-        animate_links(self._network, states, path, frame_ms=frame_ms)
+        with pictures.watching(self.W, path) as progress:
+            animate_links(self._network, states, path, frame_ms=frame_ms, progress=progress)
         return path
 
     def network_fancy(
@@ -200,13 +182,15 @@ class Figures(Sight):
         animation_speed_inverse: float = 10,
         sample_ratio: float = 0.3,
         interval: int = 5,
+        trace_length: int = 3,
         speed_coef: float = 2,
         file_name: str | None = None,
         **looks: Any,
     ) -> Path:
         """Write a moving map of a share of the platoons: a frame every ``interval`` time steps.
 
-        A frame lasts ``animation_speed_inverse * speed_coef`` ms.
+        A frame lasts ``animation_speed_inverse * speed_coef`` ms; the way of a vehicle fades over
+        ``trace_length`` frames. The file is a GIF, or an MP4 where ``file_name`` ends so.
         """
         from uxsim_geo.export.moving_vehicles import animate_vehicles
 
@@ -216,13 +200,56 @@ class Figures(Sight):
         ratio = _checked("sample_ratio", sample_ratio, above=0.0)
         speed = _checked("animation_speed_inverse", animation_speed_inverse, above=0.0)
         samples = Samples.of(self._passages, every, self._result.settings.duration)
-        # evenly as the platoons depart: those at which the sum of ratios comes to the next whole
-        vehicle = self._passages.vehicle[samples.row]
-        shown = np.floor((vehicle + 1) * ratio) > np.floor(vehicle * ratio)
         frame_ms = speed * _checked("speed_coef", speed_coef, above=0.0)
-        samples = samples.where(shown)
-        animate_vehicles(self._network, self._passages, samples, path, frame_ms=frame_ms)
+        samples = samples.of_share(self._passages, ratio)
+        with pictures.watching(self.W, path) as progress:
+            animate_vehicles(
+                self._network,
+                self._passages,
+                samples,
+                path,
+                frame_ms=frame_ms,
+                trail=trace_length,
+                progress=progress,
+            )
         return path
+
+    def desire_lines(self, most: int = 200) -> Figure:
+        """Draw the pairs of origin and destination: width is vehicles, colour their mean delay.
+
+        The ``most`` largest are drawn so, others thin.
+        """
+        from uxsim_geo.export.desire_lines import desire_lines_figure
+
+        pairs = od_table(self._result, self._network)
+        title = self.W.name or "network"
+        figure = desire_lines_figure(self._network, pairs, title, most=most)
+        return pictures.finish(self.W, figure, "desire_lines")
+
+    def travel_times(self) -> Figure:
+        """Draw how the travel times of those who have arrived are distributed."""
+        from uxsim_geo.export.travel_times import travel_times_figure
+
+        figure = travel_times_figure(self._result.trips, self.W.name or "network")
+        return pictures.finish(self.W, figure, "travel_times")
+
+    def fundamental_diagram(self, links: AnyLink | Iterable[AnyLink]) -> Figure:
+        """Draw flow against density of links by time bin, beside their own diagrams."""
+        from uxsim_geo.export.fundamental_diagram import fundamental_diagram_figure
+
+        names = [link.name for link in self._links(links, least=1)]
+        tau = self._result.settings.reaction_time
+        title = self.W.name or "network"
+        figure = fundamental_diagram_figure(self._network, self._states, names, tau, title)
+        return pictures.finish(self.W, figure, f"fundamental_diagram_{'-'.join(names)}")
+
+    def plot_vehicles_log(self, vehnamelist: Iterable[str | int]) -> list[Figure]:
+        """Draw speed and links of several platoons, a figure each: :meth:`plot_vehicle_log`."""
+        return [self.plot_vehicle_log(name) for name in vehnamelist]
+
+    def network_pillow(self, t: float | None = None, detailed: int = 1, **looks: Any) -> Figure:
+        """As :meth:`network`, by the name of another way to draw it."""
+        return self.network(t, detailed, **looks)
 
     def _rows_of_links(
         self, linkslist: Sequence[AnyLink] | Sequence[Sequence[AnyLink]]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,8 +22,7 @@ LONGEST_NAME = 120
 #: looks of UXsim's maps that are passed over: these maps are drawn in one way
 LOOKS = frozenset(
     {"antialiasing", "detailed", "figsize", "legend", "legend_outside", "left_handed", "maxwidth"}
-    | {"minwidth", "network_font_size", "node_size", "show_id", "state_variables"}
-    | {"trace_length", "width"}
+    | {"minwidth", "network_font_size", "node_size", "show_id", "state_variables", "width"}
 )
 
 
@@ -30,6 +31,19 @@ def check_looks(looks: dict[str, Any]) -> None:
     for name in looks:
         if name not in LOOKS:
             raise TypeError(options.absent("a map", name, LOOKS))
+
+
+@contextmanager
+def watching(world: World, path: Path) -> Iterator[Callable[[float], None] | None]:
+    """Yield who is told how far a film has come: a bar, where the world prints to a terminal."""
+    if not world.print_mode or not sys.stdout.isatty():
+        yield None
+        return
+    from rich.progress import Progress
+
+    with Progress(transient=True) as bar:
+        task = bar.add_task(path.name, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
 
 
 def folder(world: World) -> Path:

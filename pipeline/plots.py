@@ -1,0 +1,237 @@
+"""The plots of a report: from its material to pictures and films."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipeline.config import Config
+from pipeline.config_keys import ChosenLinks
+from pipeline.material import Material
+from pipeline.plot_config import PlotEntry, PlotName
+from pipeline.yaml_source import place_in_words
+from uxsim_geo.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from uxsim_geo.network.network import Network
+
+#: in a run's folder
+FOLDER = "plots"
+
+#: told which share of a film is done, 0 to 1
+Progress = Callable[[float], None]
+
+#: plots that need coordinates
+MAPS = frozenset(
+    {"network_average", "network", "network_plan", "desire_lines", "network_anim", "network_fancy"}
+)
+
+
+#: plots of links that follow one another
+CORRIDORS = frozenset({"time_space_diagram_traj_links", "time_space_diagram_state_links"})
+
+
+def check_plots(config: Config, network: Network) -> None:
+    """Raise :class:`uxsim_geo.errors.InputError` with all that plots ask for in vain."""
+    faults = []
+    for number, entry in enumerate(config.report.plots):
+        place = ("report", "plots", number)
+        told = f"{place_in_words(place)} ({entry.plot})"
+        for what, value in _faults(entry, network, config.simulate.duration_s):
+            faults.append(Fault(f"{told}: {what}", *config.report.origin(place), value=value))
+    if faults:
+        raise InputError(faults)
+
+
+def _faults(entry: PlotEntry, network: Network, duration: float) -> Iterator[tuple[str, object]]:
+    """What a plot asks for in vain, and the value that says so."""
+    yield from _faults_of_links(entry, network)
+    if entry.time_s is not None and entry.time_s > duration:
+        yield f"time_s: is after the end of the simulation, {duration:g} s", entry.time_s
+    if entry.plot in MAPS and "geometry" not in network.links.columns:
+        yield "the network has no coordinates: there is no map to draw", None
+    if entry.region is not None:
+        yield from _faults_of_region(entry.region, network)
+
+
+def _faults_of_links(entry: PlotEntry, network: Network) -> Iterator[tuple[str, object]]:
+    links = network.links
+    known = {str(name): row for row, name in enumerate(links["link_id"])}
+    rows = [known.get(name, -1) for name in entry.links]
+    for name, row in zip(entry.links, rows, strict=True):
+        if row < 0:
+            yield "links: the network has no such link", name
+    if entry.plot not in CORRIDORS or min(rows) < 0:
+        return
+    for before, after in pairwise(rows):
+        ends, begins = links["to_node_id"].iloc[before], links["from_node_id"].iloc[after]
+        if ends != begins:
+            what = f"links: begins at node {begins}, the one before it ends at {ends}"
+            yield what, str(links["link_id"].iloc[after])
+
+
+def _faults_of_region(region: ChosenLinks, network: Network) -> Iterator[tuple[str, object]]:
+    from uxsim_geo.network.selection import select_links
+
+    try:
+        if not len(select_links(network, region.target())):
+            yield "region: no link is meant", None
+    except InputError as error:
+        for fault in error.faults:
+            yield f"region: {fault}", None
+
+
+def write_plot(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
+    """Draw a plot and write it; ``progress`` is told how far a film has come."""
+    from uxsim_geo.export.saving import save_figure
+
+    if entry.plot in FIGURES:
+        save_figure(FIGURES[entry.plot](material, entry), path)
+    else:
+        FILMS[entry.plot](material, entry, path, progress)
+
+
+def _states(material: Material, entry: PlotEntry) -> pd.DataFrame:
+    return material.states if entry.bin_s is None else material.states_in(entry.bin_s)
+
+
+def _network_average(material: Material, entry: PlotEntry) -> Figure:  # noqa: ARG001
+    from uxsim_geo.analysis.link_states import link_totals
+    from uxsim_geo.export.plots import network_state_figure
+
+    totals = link_totals(material.states)
+    return network_state_figure(material.network, totals, material.config.name)
+
+
+def _network(material: Material, entry: PlotEntry) -> Figure:
+    from uxsim_geo.export.plots import network_at_time_figure
+
+    assert entry.time_s is not None
+    states = _states(material, entry)
+    return network_at_time_figure(material.network, states, entry.time_s, material.config.name)
+
+
+def _network_plan(material: Material, entry: PlotEntry) -> Figure:  # noqa: ARG001
+    from uxsim_geo.export.network_plan import network_figure
+
+    return network_figure(material.network, material.config.name, size=(8.0, 8.0))
+
+
+def _macroscopic_fundamental_diagram(material: Material, entry: PlotEntry) -> Figure:
+    from uxsim_geo.analysis.network_states import network_states
+    from uxsim_geo.export.plots import mfd_figure
+    from uxsim_geo.network.selection import select_links
+
+    states, title = _states(material, entry), material.config.name
+    if entry.region is not None:
+        target = entry.region.target()
+        rows = select_links(material.network, target)
+        ids = material.network.links["link_id"].iloc[rows].astype(str)
+        states, title = states[states["link_id"].isin(ids)], f"{title}: {target}"
+    return mfd_figure(network_states(states, material.network), title)
+
+
+def _trajectories(material: Material, entry: PlotEntry) -> Figure:
+    from uxsim_geo.export.trajectories import trajectories_figure
+
+    duration = material.result.settings.duration
+    return trajectories_figure(
+        material.network, material.passages, entry.links, duration, by_speed=entry.by_speed
+    )
+
+
+def _states_of_links(material: Material, entry: PlotEntry) -> Figure:
+    from uxsim_geo.analysis.cells import space_time_cells
+    from uxsim_geo.export.density import space_time_states_figure
+
+    cells = space_time_cells(
+        material.result,
+        material.network,
+        bin_s=entry.bin_s or material.config.report.bin_s,
+        cell_m=entry.cell_m,
+        links=entry.links,
+        passages=material.passages,
+    )
+    return space_time_states_figure(material.network, cells, list(entry.links), entry.state)
+
+
+def _cumulative_curves(material: Material, entry: PlotEntry) -> Figure:
+    from uxsim_geo.export.cumulative import cumulative_figure
+
+    duration = material.result.settings.duration
+    return cumulative_figure(material.network, material.passages, entry.links[0], duration)
+
+
+def _fundamental_diagram(material: Material, entry: PlotEntry) -> Figure:
+    from uxsim_geo.export.fundamental_diagram import fundamental_diagram_figure
+
+    return fundamental_diagram_figure(
+        material.network,
+        _states(material, entry),
+        entry.links,
+        material.result.settings.reaction_time,
+        material.config.name,
+    )
+
+
+def _travel_times(material: Material, entry: PlotEntry) -> Figure:  # noqa: ARG001
+    from uxsim_geo.export.travel_times import travel_times_figure
+
+    return travel_times_figure(material.result.trips, material.config.name)
+
+
+def _desire_lines(material: Material, entry: PlotEntry) -> Figure:
+    from uxsim_geo.analysis.od import od_table
+    from uxsim_geo.export.desire_lines import desire_lines_figure
+
+    pairs = od_table(material.result, material.network)
+    return desire_lines_figure(material.network, pairs, material.config.name, most=entry.most)
+
+
+def _network_anim(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
+    from uxsim_geo.export.moving_links import animate_links
+
+    states = _states(material, entry)
+    animate_links(material.network, states, path, frame_ms=entry.frame_ms, progress=progress)
+
+
+def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
+    from uxsim_geo.analysis.samples import Samples
+    from uxsim_geo.export.moving_vehicles import animate_vehicles
+
+    settings = material.result.settings
+    interval = entry.interval_s or 5 * settings.step
+    samples = Samples.of(material.passages, interval, settings.duration)
+    animate_vehicles(
+        material.network,
+        material.passages,
+        samples.of_share(material.passages, entry.share),
+        path,
+        frame_ms=entry.frame_ms,
+        trail=entry.trail,
+        progress=progress,
+    )
+
+
+FIGURES: dict[PlotName, Callable[[Material, PlotEntry], Figure]] = {
+    "network_average": _network_average,
+    "network": _network,
+    "network_plan": _network_plan,
+    "macroscopic_fundamental_diagram": _macroscopic_fundamental_diagram,
+    "time_space_diagram_traj_links": _trajectories,
+    "time_space_diagram_state_links": _states_of_links,
+    "cumulative_curves": _cumulative_curves,
+    "fundamental_diagram": _fundamental_diagram,
+    "travel_times": _travel_times,
+    "desire_lines": _desire_lines,
+}
+
+FILMS: dict[PlotName, Callable[[Material, PlotEntry, Path, Progress], None]] = {
+    "network_anim": _network_anim,
+    "network_fancy": _network_fancy,
+}
