@@ -147,7 +147,7 @@ def _trajectories(material: Material, entry: PlotEntry) -> Figure:
 
 def _states_of_links(material: Material, entry: PlotEntry) -> Figure:
     from uxsim_geo.analysis.cells import space_time_cells
-    from uxsim_geo.export.density import space_time_states_figure
+    from uxsim_geo.export.space_time_states import space_time_states_figure
 
     cells = space_time_cells(
         material.result,

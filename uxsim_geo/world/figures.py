@@ -20,7 +20,7 @@ from uxsim_geo.world.sight import AnyLink, Sight
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
 
-    from uxsim_geo.export.density import State
+    from uxsim_geo.export.space_time_states import State
 
 #: of states, in names of files
 SHORT = {"density": "k", "flow": "q", "speed": "v"}
@@ -261,7 +261,7 @@ class Figures(Sight):
     def _state_of_route(
         self, route: Sequence[Link], state: State, figsize: tuple[float, float]
     ) -> Figure:
-        from uxsim_geo.export.density import space_time_states_figure
+        from uxsim_geo.export.space_time_states import space_time_states_figure
 
         names = [link.name for link in route]
         sizes = {link.id: self._cell_size(link) for link in route}
