@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 POINTS_PER_INCH = 72.0
 LONGER_SIDE = (7.5, 11.0)  # of the map, inches: the more crowded, the larger
-SHORTEST_SIDE = 3.2  # inches
+SHORTEST = (3.2, 4.2)  # width and height of the map, inches: room for what stands beside
 LEFT, BOTTOM, TOP, SIDE = 0.2, 0.6, 0.55, 1.95  # around the map, inches
 BAR = (0.45, 0.18, 0.5)  # colour bar: beside the map and its width, inches; its height, of the map
 ROOM = 8.0  # between two junctions of a map that may stay small, points
@@ -75,7 +75,8 @@ class MapSheet:
         usual = float(np.nanmedian(shapely.length(plane.lines))) / longer * POINTS_PER_INCH
         side = float(np.clip(ROOM / max(usual, 1e-9), *LONGER_SIDE))
         width, height = (
-            max(side * (b - a) / longer, SHORTEST_SIDE) for a, b in ((x0, x1), (y0, y1))
+            max(side * size / longer, least)
+            for size, least in zip((x1 - x0, y1 - y0), SHORTEST, strict=True)
         )
         sheet = (LEFT + width + SIDE, BOTTOM + height + TOP)
         figure = Figure(figsize=sheet)

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 LINE = "#2b6fad"
 LONGEST_TITLE = 80  # letters
-COLOUR_STEPS = 120  # over the duration
+COLOUR_STEPS = 240  # over the duration
+AROUND = 2  # steps before and after over which a speed is taken: platoons stand and drive by turns
 NAME = 8.0  # size of a link's name, points
 
 
@@ -36,7 +37,7 @@ def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by defa
 
     ``duration`` is how far the simulation has come, s; ``size`` in inches. A platoon that leaves
     by another link ends there. The lines are exact. ``by_speed`` gives them the colours of the
-    speed relative to free speed, the mean over 1/120 of the duration: in a queue platoons stand and
+    speed relative to free speed, the mean over 1/60 of the duration: in a queue platoons stand and
     drive by turns. Raises ValueError if a link is not in the network.
     """
     from matplotlib.figure import Figure
@@ -96,7 +97,7 @@ def _plain(ways: Ways, start: float, style: dict[str, Any]) -> LineCollection:
 def _coloured(
     ways: Ways, start: float, passages: Passages, cuts: Floats, style: dict[str, Any]
 ) -> LineCollection:
-    """Lines from point to point, in the colours of the mean speed between two cuts."""
+    """Lines from point to point, in the colours of the mean speed around."""
     from matplotlib.collections import LineCollection
 
     points = np.stack([ways.time, start + ways.position], axis=1)
@@ -108,17 +109,15 @@ def _coloured(
 
 
 def _percent(ways: Ways, here: Integers, passages: Passages, cuts: Floats) -> Floats:
-    """Mean speed, % of free speed, of the lines from points ``here``, between two cuts each."""
-    if not here.size:
-        return np.empty(0)
-    row, cut = ways.row[here], np.searchsorted(cuts, ways.time[here], side="right")
-    new = np.append(True, (np.diff(row) != 0) | (np.diff(cut) != 0))
-    first, group = np.flatnonzero(new), np.cumsum(new) - 1
-    driven, time = (
-        np.add.reduceat(np.diff(values)[here], first) for values in (ways.position, ways.time)
-    )
-    free = time * passages.geometry.free_speed[passages.link[row[first]]]
-    percent: Floats = np.minimum(100 * driven / np.maximum(free, 1e-9), 100.0)[group]
+    """Mean speed, % of free speed, of the lines from points ``here``, over some steps around."""
+    row, step = ways.row[here], cuts[0]
+    middle = (np.searchsorted(cuts, ways.time[here], side="right") + 0.5) * step
+    since = np.maximum(middle - AROUND * step, passages.enter[row])
+    until = np.minimum(middle + AROUND * step, np.minimum(passages.exit[row], cuts[-1] + step))
+    places = passages.positions(np.tile(row, 2), np.concatenate([since, until]))
+    driven = places[len(row) :] - places[: len(row)]
+    free = (until - since) * passages.geometry.free_speed[passages.link[row]]
+    percent: Floats = np.minimum(100 * driven / np.maximum(free, 1e-9), 100.0)
     return percent
 
 
