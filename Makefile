@@ -1,5 +1,6 @@
 # make demo    installs into .venv, then runs the main job; FORCE=1 runs every stage again
 # make test    installs the test tools too, then checks style, types, layers and behaviour
+# make docs    writes the pages made from the code; make pictures draws those of the pages anew
 # make lock    resolves the dependencies anew (needs uv)
 #
 # PYTHON names the interpreter for .venv: make PYTHON=python3.12 demo
@@ -21,7 +22,7 @@ CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
 INSTALLED := $(VENV)/.installed
 INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 
-.PHONY: help demo install test lint check-types check-layers unit-test docs lock clean
+.PHONY: help demo install test lint check-types check-layers unit-test docs pictures lock clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -49,6 +50,9 @@ unit-test: $(INSTALLED_FOR_TEST)
 
 docs: $(INSTALLED)
 	$(BIN)/python docs/generate.py
+
+pictures: $(INSTALLED)
+	$(BIN)/python docs/pictures.py
 
 lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock

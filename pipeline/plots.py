@@ -105,7 +105,8 @@ def _network_average(material: Material, entry: PlotEntry) -> Figure:  # noqa: A
     from uxsim_geo.export.plots import network_state_figure
 
     totals = link_totals(material.states)
-    return network_state_figure(material.network, totals, material.config.name)
+    title = f"{material.config.name}: 0 to {material.result.settings.duration:,.0f} s"
+    return network_state_figure(material.network, totals, title)
 
 
 def _network(material: Material, entry: PlotEntry) -> Figure:
