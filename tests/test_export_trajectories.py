@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgba
 from newell_link import events_of, network_of, random_link, trips_of
 
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.export import breakpoints
 from uxsim_geo.export.breakpoints import EVEN, ways_on_link
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.trajectories import trajectories_figure
@@ -97,6 +98,16 @@ def test_under_a_changing_limit_points_stand_close() -> None:
     close = np.interp(between, ways.time[own], ways.position[own])
     assert EVEN >= 20
     assert np.abs(close - np.minimum(expected, 1000))[between < 105].max() < 60 / EVEN * 10
+
+
+def test_too_many_bends_are_drawn_at_even_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    passages = random_passages(1, LINK)
+    monkeypatch.setattr(breakpoints, "MOST", 10)
+    ways = ways_on_link(passages, 0, 1e5)
+    counts = np.bincount(ways.row)
+    assert (counts >= 2).all()
+    assert 10 < counts.max() <= breakpoints.COARSE + 2
+    np.testing.assert_array_equal(ways.position, passages.positions(ways.row, ways.time))
 
 
 def two_links() -> tuple[Network, Passages]:

@@ -7,7 +7,8 @@ where it stands for the first time; with C vehicles ahead, n_a in platoon a, fre
 
     t = s_a + (C_k − C_a) τ/m      t + n_a / (m κ u)      e_k + (L − (C_k − C_a) / (m κ)) / u
 
-Where speed limits change, ways may bend elsewhere too; points at even times then come beside.
+Where speed limits change, ways may bend elsewhere too; points at even times then come beside. On
+links with millions of bends points at even times stand for all of them.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from uxsim_geo.analysis.passages import Floats, Integers, Passages
 from uxsim_geo.analysis.samples import numbered_from
 
 EVEN = 24  # points at even times on each way where limits change
+MOST = 2_000_000  # bends of a link; beyond, no picture can show them, and memory would run short
+COARSE = 100  # points at even times on each way then
 STRAIGHT = 1e-6  # a point so near to the line between its neighbours is left out, m
 SAME = 1e-6  # points that lie less far apart are one, s
 
@@ -90,6 +93,8 @@ def _bends(passages: Passages, rows: Integers, end: Floats) -> list[tuple[Intege
     first, after = (np.searchsorted(felt, time - ahead * shift, "right") for time in (enter, end))
     # the first exit that is not felt any more, at last its own, says where a platoon stands
     counts = np.maximum(np.minimum(after, own) + 1 - first, 0)
+    if counts.sum() > MOST:
+        return [_even(enter, end, COARSE)]
     k, a = np.repeat(own, counts), numbered_from(first, counts)
     between = ahead[k] - ahead[a]
     space = geometry.space_shift[link]
@@ -98,9 +103,15 @@ def _bends(passages: Passages, rows: Integers, end: Floats) -> list[tuple[Intege
     arrived = enter[k] + (geometry.length[link] - between * space) / speed[k]
     times = [(k, start), (k, closed_up), (k, arrived)]
     if passages.held_by is not None:
-        even = np.linspace(0.0, 1.0, EVEN + 2)[1:-1]
-        times.append((np.repeat(own, EVEN), (enter[:, None] + np.outer(end - enter, even)).ravel()))
+        times.append(_even(enter, end, EVEN))
     return times
+
+
+def _even(enter: Floats, end: Floats, points: int) -> tuple[Integers, Floats]:
+    """Times at even steps within every way, and the number of the way of each."""
+    shares = np.linspace(0.0, 1.0, points + 2)[1:-1]
+    times = enter[:, None] + np.outer(end - enter, shares)
+    return np.repeat(np.arange(len(enter)), points), times.ravel()
 
 
 def _cuts(enter: Floats, end: Floats, cuts: Floats) -> tuple[Integers, Floats]:

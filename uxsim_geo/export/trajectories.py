@@ -36,9 +36,10 @@ def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by defa
     """Draw the trajectories of all platoons on some links, one after the other upwards.
 
     ``duration`` is how far the simulation has come, s; ``size`` in inches. A platoon that leaves
-    by another link ends there. The lines are exact. ``by_speed`` gives them the colours of the
-    speed relative to free speed, the mean over 1/60 of the duration: in a queue platoons stand and
-    drive by turns. Raises ValueError if a link is not in the network.
+    by another link ends there. The lines are exact, unless they bend millions of times.
+    ``by_speed`` gives them the colours of the speed relative to free speed, the mean over 1/60 of
+    the duration: in a queue platoons stand and drive by turns. Raises ValueError if a link is not
+    in the network.
     """
     from matplotlib.figure import Figure
 
