@@ -11,7 +11,7 @@ import pytest
 import shapely
 from mapped_network import states_with_a_queue, two_way_road
 from matplotlib.colors import to_rgba
-from newell_link import events_of, network_of, trips_of
+from newell_link import events_of, network_of, result_of, trips_of
 from PIL import Image
 from shapely.geometry import LineString, Point
 from shapely.ops import substring
@@ -46,7 +46,8 @@ def corridor() -> Network:
 def passages_of(network: Network) -> Passages:
     """One platoon drives freely over both links; the next waits 100 s at the end of the first."""
     rows = [(0, 0, 0.0, 50.0), (0, 1, 50.0, 100.0), (1, 0, 10.0, 160.0), (1, 1, 160.0, 210.0)]
-    return Passages.of(network, events_of(network, rows), trips_of([{}, {}]), Settings(300.0))
+    result = result_of(events_of(network, rows), trips_of([{}, {}]), Settings(300.0))
+    return Passages.of(result, network)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.colors import to_rgba
-from newell_link import events_of, network_of, random_link, trips_of
+from newell_link import events_of, network_of, random_link, result_of, trips_of
 
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.export import breakpoints
@@ -30,7 +30,7 @@ def passages_of(
 ) -> Passages:
     vehicles = max(vehicle for vehicle, *_ in rows) + 1
     trips = trips_of([{} if sizes is None else {"vehicles": sizes[v]} for v in range(vehicles)])
-    return Passages.of(network, events_of(network, rows), trips, Settings(400.0), limits)
+    return Passages.of(result_of(events_of(network, rows), trips, Settings(400.0), limits), network)
 
 
 def random_passages(seed: int, link: dict[str, float]) -> Passages:

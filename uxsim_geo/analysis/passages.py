@@ -32,8 +32,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.own_speeds import last_no_faster, own_free_speeds
 from uxsim_geo.analysis.subsets import link_rows
-from uxsim_geo.analysis.types import Floats as Floats
-from uxsim_geo.analysis.types import Integers as Integers
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result

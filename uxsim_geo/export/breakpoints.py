@@ -18,8 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import numbered_from
+from uxsim_geo.analysis.types import Floats, Integers
 
 EVEN = 24  # points at even times on each way where limits change
 MOST = 2_000_000  # bends of a link; beyond, no picture can show them, and memory would run short

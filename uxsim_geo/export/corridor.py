@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.export.map_sheet import POINTS_PER_INCH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-POINTS_PER_INCH = 72.0
 LONGEST_TITLE = 80  # letters
 NAME = 8.0  # size of a link's name, points
 CROWDED = 20  # links; lines between more of them are thin and grey

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.passages import Floats, Integers
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.colours import NEUTRAL
 from uxsim_geo.export.map_plane import MapPlane, round_below
 from uxsim_geo.export.map_sheet import INK, MapSheet

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.trajectories import rows_of_links
 from uxsim_geo.network.diagram import diagram_capacity, effective_capacity
 from uxsim_geo.network.network import Network

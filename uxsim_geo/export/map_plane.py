@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.network import Network
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.network.network import Network

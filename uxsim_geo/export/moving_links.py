@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.film import MovingMap, Progress, add_clock, check_film, clock, write_film
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
 from uxsim_geo.network.network import Network

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.analysis.trajectories import LinkLines
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.film import MovingMap, Progress, add_clock, check_film, clock, write_film

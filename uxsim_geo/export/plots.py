@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.passages import Floats
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC
 from uxsim_geo.export.map_plane import round_below
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.passages import Floats, Integers
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.network.network import Network

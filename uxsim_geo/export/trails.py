@@ -13,9 +13,10 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import numbered_from
 from uxsim_geo.analysis.trajectories import LinkLines
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.colours import SPEED_CLASSES
 
 #: pieces worked on at a time: what lies between takes some hundred MB at most

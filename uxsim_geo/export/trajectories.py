@@ -7,21 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from uxsim_geo.analysis.passages import Floats, Integers, Passages
+from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.breakpoints import Ways, ways_on_link
-from uxsim_geo.export.map_sheet import POINTS_PER_INCH, speed_scale
+from uxsim_geo.export.corridor import name_links, starts_of_links, title_of_links
+from uxsim_geo.export.map_sheet import speed_scale
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
 
 LINE = "#2b6fad"
-LONGEST_TITLE = 80  # letters
 COLOUR_STEPS = 240  # over the duration
 AROUND = 2  # steps before and after over which a speed is taken: platoons stand and drive by turns
-NAME = 8.0  # size of a link's name, points
 
 
 def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by default
@@ -44,7 +43,7 @@ def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by defa
     from matplotlib.figure import Figure
 
     rows = rows_of_links(network, link_ids)
-    starts = np.concatenate(([0.0], np.cumsum(passages.geometry.length[rows])))
+    starts = starts_of_links(passages.geometry.length[rows])
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     cuts = np.arange(1, COLOUR_STEPS) * duration / COLOUR_STEPS if by_speed else None
@@ -62,11 +61,10 @@ def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by defa
         bar.set_label("speed, % of free speed")
     axes.set(xlim=(0, duration), ylim=(0, starts[-1]), xlabel="time, s")
     axes.set_ylabel("distance, m")
-    axes.set_title(_title(link_ids))
+    axes.set_title(title_of_links(link_ids))
     axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.set_axisbelow(True)
-    if len(link_ids) > 1:
-        _name_links(axes, link_ids, starts, size[1])
+    name_links(axes, link_ids, starts, size[1])
     return figure
 
 
@@ -77,16 +75,6 @@ def rows_of_links(network: Network, link_ids: Sequence[str]) -> Integers:
     if missing or not link_ids:
         raise ValueError(f"the network has no link {', '.join(missing)}" if missing else "no links")
     return np.array([position[name] for name in link_ids], np.int64)
-
-
-def _title(link_ids: Sequence[str]) -> str:
-    """Links in their order; of more than fit over the picture, the first and the last."""
-    if len(link_ids) == 1:
-        return f"link {link_ids[0]}"
-    whole = " → ".join(link_ids)
-    if len(whole) <= LONGEST_TITLE:
-        return whole
-    return f"{link_ids[0]} → … → {link_ids[-1]} ({len(link_ids)} links)"
 
 
 def _plain(ways: Ways, start: float, style: dict[str, Any]) -> LineCollection:
@@ -120,21 +108,3 @@ def _percent(ways: Ways, here: Integers, passages: Passages, cuts: Floats) -> Fl
     free = (until - since) * passages.geometry.free_speed[passages.link[row]]
     percent: Floats = np.minimum(100 * driven / np.maximum(free, 1e-9), 100.0)
     return percent
-
-
-def _name_links(axes: Axes, link_ids: Sequence[str], starts: Floats, height: float) -> None:
-    """Lines between the links, and beside them as many of their names as there is room for."""
-    crowded = len(link_ids) > 20
-    for start in starts[1:-1]:
-        axes.axhline(
-            start, color="#999999" if crowded else "black", linewidth=0.4 if crowded else 0.8
-        )
-    middles = (starts[:-1] + starts[1:]) / 2
-    room = 1.3 * NAME / (0.75 * height * POINTS_PER_INCH) * starts[-1]
-    named: list[int] = []
-    for link, middle in enumerate(middles):
-        if not named or middle - middles[named[-1]] >= room:
-            named.append(link)
-    names = axes.secondary_yaxis("right")
-    names.set_yticks(middles[named], labels=[link_ids[link] for link in named], fontsize=NAME)
-    names.tick_params(length=0)
