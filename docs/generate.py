@@ -108,6 +108,9 @@ def _default(key: FieldInfo) -> str:
         return f"`{str(value).lower()}`"
     if isinstance(value, datetime):
         return f"`{value.isoformat()}`"
+    if isinstance(value, tuple) and any(isinstance(one, BaseModel) for one in value):
+        told = (one.model_dump(exclude_defaults=True) for one in value)
+        return f"`[{', '.join(str(keys).replace(chr(39), '') for keys in told)}]`"
     if isinstance(value, tuple):
         return f"`[{', '.join(map(str, value))}]`"
     return "–" if value is None else f"`{value}`"

@@ -116,8 +116,11 @@ class PlotEntry(Section):
     def _agrees(self) -> Self:
         kind = KINDS[self.plot]
         common = {"plot", "file", "format"}
-        for name in sorted(self.model_fields_set - common - set(kind.takes)):
-            raise ValueError(f"{self.plot} takes no {name}; it takes {', '.join(kind.takes)}")
+        for name in sorted(type(self).model_fields.keys() - common - set(kind.takes)):
+            # a resolved configuration holds all defaults
+            if getattr(self, name) != type(self).model_fields[name].default:
+                taken = ", ".join(kind.takes) or "none of these keys"
+                raise ValueError(f"{self.plot} takes no {name}; it takes {taken}")
         for name in kind.needs:
             if getattr(self, name) in (None, ()):
                 raise ValueError(f"{self.plot} needs {name}")

@@ -9,6 +9,7 @@ import pytest
 from small_run import CONFIG, run_small, write_small_run
 
 from pipeline import plots
+from pipeline.cli import main
 from pipeline.config_file import load_config
 from pipeline.plot_config import KINDS, PlotEntry, PlotName
 from uxsim_geo.errors import InputError
@@ -80,6 +81,17 @@ def test_wrong_keys_are_told_before_anything_runs(tmp_path: Path, entry: str, me
     with pytest.raises(InputError, match=message) as raised:
         load_config(config_with(tmp_path, entry))
     assert all(fault.line is not None for fault in raised.value.faults)
+
+
+def test_a_resolved_configuration_is_one_again_and_tables_come_from_its_run(
+    tmp_path: Path,
+) -> None:
+    config_with(tmp_path, *ENTRIES.values())
+    assert run_small(tmp_path, "--quiet", "--set", "report.plots=[{plot: travel_times}]") == 0
+    run = tmp_path / "runs/small"
+    resolved = load_config(run / "config.yaml").report.plots
+    assert resolved == (PlotEntry(plot="travel_times"),)
+    assert main(["export", str(run), "--table", "od"]) == 0
 
 
 def test_all_wishes_in_vain_are_told_at_once_and_nothing_is_written(
