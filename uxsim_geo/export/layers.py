@@ -42,8 +42,7 @@ def links_layer(
         layer[column] = links[column]
     layer["volume_veh"] = totals["volume"]
     _add_speed_and_delay(layer, totals, links)
-    layer["queue_veh"] = totals["queue"]
-    layer["queue_m"] = totals["queue_length"]
+    _add_fullness(layer, totals)
     return _with_geometry(layer, links)
 
 
@@ -67,8 +66,8 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
     layer["entries_veh"] = states["entries"]
     layer["exits_veh"] = states["exits"]
     _add_speed_and_delay(layer, states, links)
-    layer["queue_veh"] = states["queue"]
-    layer["queue_m"] = states["queue_length"]
+    _add_fullness(layer, states)
+    layer["instantaneous_travel_time_s"] = states["instantaneous_travel_time"]
     return layer
 
 
@@ -103,6 +102,14 @@ def _add_speed_and_delay(layer: pd.DataFrame, figures: pd.DataFrame, links: pd.D
     layer["experienced_travel_time_s"] = figures["experienced_travel_time"]
     layer["delay_s"] = np.maximum(late, 0.0)  # rounding may leave -1e-14
     layer["delay_veh_s"] = figures["delay"]
+
+
+def _add_fullness(layer: pd.DataFrame, figures: pd.DataFrame) -> None:
+    """Columns that tell how near to full links are."""
+    layer["queue_veh"] = figures["queue"]
+    layer["queue_m"] = figures["queue_length"]
+    layer["spillback_share"] = figures["spillback_share"]
+    layer["volume_to_capacity"] = figures["volume_to_capacity"]
 
 
 def _clock(seconds: pd.Series, start: datetime) -> pd.Series:
