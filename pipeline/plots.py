@@ -141,9 +141,10 @@ def _trajectories(material: Material, entry: PlotEntry) -> Figure:
     from uxsim_geo.export.trajectories import trajectories_figure
 
     duration = material.result.settings.duration
-    return trajectories_figure(
+    figure = trajectories_figure(
         material.network, material.passages, entry.links, duration, by_speed=entry.by_speed
     )
+    return _with_reds(figure, material, entry)
 
 
 def _states_of_links(material: Material, entry: PlotEntry) -> Figure:
@@ -158,7 +159,24 @@ def _states_of_links(material: Material, entry: PlotEntry) -> Figure:
         links=entry.links,
         passages=material.passages,
     )
-    return space_time_states_figure(material.network, cells, list(entry.links), entry.state)
+    links = list(entry.links)
+    figure = space_time_states_figure(material.network, cells, links, entry.state)
+    return _with_reds(figure, material, entry)
+
+
+def _with_reds(figure: Figure, material: Material, entry: PlotEntry) -> Figure:
+    """Mark the red of signals at the ends of links."""
+    from uxsim_geo.export.corridor import draw_reds
+
+    signals = [entry.measure() for entry in material.config.simulate.control.signals]
+    duration = material.result.settings.duration
+    reds = [
+        [red for signal in signals for red in signal.reds(link, duration)] for link in entry.links
+    ]
+    links = material.network.links
+    lengths = links.set_index(links["link_id"].astype(str))["length"].loc[list(entry.links)]
+    draw_reds(figure, lengths.to_numpy(float), reds)
+    return figure
 
 
 def _cumulative_curves(material: Material, entry: PlotEntry) -> Figure:

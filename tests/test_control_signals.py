@@ -212,3 +212,29 @@ def test_no_node_takes_a_plan_that_is_not_its_own(plan: int) -> None:
     run.levers.plan[run.traffic.site.node_position["3"]] = plan
     with pytest.raises(InputError, match=f"node 3 has no such plan; -1 is none .*{plan}"):
         run.advance(100)
+
+
+def test_reds_are_what_the_greens_leave() -> None:
+    signal = Signal("3", (Phase(60, ("a",)), Phase(30, ("b",))), offset=10, all_red=5)
+    # cycles of 100 s from 10 s on, and one before: a green 10-70, 110-170; b 75-105, 175-205
+    assert signal.reds("a", 200.0) == [(0.0, 10.0), (70.0, 110.0), (170.0, 200.0)]
+    assert signal.reds("b", 200.0) == [(5.0, 75.0), (105.0, 175.0)]
+    assert signal.reds("c", 200.0) == []
+
+
+def test_reds_are_those_of_the_time_in_which_a_plan_is_in_force() -> None:
+    signal = Signal("3", (Phase(60, ("a",)), Phase(40, ("b",))), begin=30, end=130)
+    assert signal.reds("a", 1000.0) == [(60.0, 100.0)]
+    assert signal.reds("b", 1000.0) == [(30.0, 60.0), (100.0, 130.0)]
+    assert signal.reds("b", 20.0) == []
+
+
+def test_nobody_leaves_in_the_reds() -> None:
+    signal = Signal("3", (Phase(25, ("a",)), Phase(35, ("b",))), offset=7, all_red=3)
+    rows = (("1", "4", 0.0, 600.0, 300.0), ("2", "5", 0.0, 600.0, 300.0))
+    result = simulate(network(CROSSING), demand(*rows), Settings(900.0), control=[signal])
+    for link_id in ("a", "b"):
+        reds, left = signal.reds(link_id, 900.0), exits(result, link_id)
+        assert len(left) > 20
+        for begin, end in reds:
+            assert not ((left > begin + 1e-9) & (left < end - 1e-9)).any()

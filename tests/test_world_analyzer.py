@@ -173,3 +173,30 @@ def test_what_is_not_there_is_said(done: World, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out == ""
     done.analyzer.print_simple_stats(force_print=True)
     assert "mean delay, completed" in capsys.readouterr().out
+
+
+def test_red_signals_stand_at_the_ends_of_links_and_diagrams_can_be_cut() -> None:
+    world = World(deltan=5, tmax=300, print_mode=0, save_mode=0, random_seed=0)
+    world.addNode("a", 0, 0)
+    world.addNode("b", 1, 0, signal=[60, 40])
+    world.addNode("c", 2, 0)
+    world.addLink("ab", "a", "b", 500, signal_group=0)
+    world.addLink("bc", "b", "c", 500)
+    world.adddemand("a", "c", 0, 200, 0.3)
+    world.exec_simulation()
+    look = world.analyzer
+    for figure in (
+        *look.time_space_diagram_traj_links(["ab", "bc"], xlim=(50, 150), ylim=(0, 800)),
+        *look.time_space_diagram_state_links(["ab", "bc"], "flow", xlim=(50, 150), ylim=(0, 800)),
+    ):
+        reds = figure.axes[0].collections[-1].get_segments()
+        assert [line.tolist() for line in reds] == [
+            [[begin, 500.0], [begin + 40, 500.0]] for begin in (60.0, 160.0, 260.0)
+        ]
+        assert figure.axes[0].get_xlim() == (50, 150)
+        assert figure.axes[0].get_ylim() == (0, 800)
+    (without,) = look.time_space_diagram_traj(["ab"], plot_signal=False)
+    (with_red,) = look.time_space_diagram_traj(["ab"])
+    assert len(with_red.axes[0].collections) == len(without.axes[0].collections) + 1
+    with pytest.raises(TypeError, match="xlimit"):
+        look.time_space_diagram_traj(["ab"], xlimit=(0, 1))

@@ -58,6 +58,26 @@ class Signal:
             begin = end + self.all_red
         return greens
 
+    def reds(self, link_id: str, until: float) -> list[tuple[float, float]]:
+        """When a link has red while this plan is in force, s after the start, up to ``until``.
+
+        Empty for a link that no phase names: this signal does not hold it.
+        """
+        greens = self.greens().get(link_id, [])
+        begin, end = max(self.begin, 0.0), min(self.end, until)
+        if not greens or not begin < end:
+            return []
+        reds, red_from = [], begin
+        first = math.floor((begin - self.offset) / self.cycle)
+        for number in range(first, math.ceil((end - self.offset) / self.cycle) + 1):
+            start = self.offset + number * self.cycle
+            for green, over in greens:
+                if start + green > red_from:
+                    reds.append((red_from, min(start + green, end)))
+                red_from = max(red_from, start + over)
+        reds.append((red_from, end))
+        return [(since, to) for since, to in reds if since < to]
+
     def rules(self, site: Site, faults: Faults) -> list[Rule]:
         """Return the rule that puts this plan in force."""
         node = site.node(self.node_id, faults)

@@ -12,15 +12,39 @@ from uxsim_geo.export.map_sheet import POINTS_PER_INCH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: when a signal is red: begin and end of each red, s
+Reds = Sequence[tuple[float, float]]
 
 LONGEST_TITLE = 80  # letters
 NAME = 8.0  # size of a link's name, points
+RED = "#c00000"
 CROWDED = 20  # links; lines between more of them are thin and grey
 
 
 def starts_of_links(lengths: Floats) -> Floats:
     """Where each link begins and, last, where the last one ends, m."""
     return np.concatenate(([0.0], np.cumsum(lengths)))
+
+
+def draw_reds(figure: Figure, lengths: Floats, reds: Sequence[Reds]) -> None:
+    """Mark red signals at the ends of links in their time-space diagram.
+
+    ``lengths`` (m) are of the links upwards, ``reds`` for each of them when its signal is red:
+    pairs of times, s.
+    """
+    from matplotlib.collections import LineCollection
+
+    places = starts_of_links(lengths)[1:]
+    lines = [
+        [(begin, place), (end, place)]
+        for place, own in zip(places, reds, strict=True)
+        for begin, end in own
+    ]
+    # not cut off by the frame: the last signal stands on it
+    marks = LineCollection(lines, colors=RED, linewidths=2.5, zorder=5, clip_on=False)
+    figure.axes[0].add_collection(marks, autolim=False)
 
 
 def title_of_links(link_ids: Sequence[str]) -> str:

@@ -219,6 +219,10 @@ class Scenario(Roads):
         vehicle = self._vehicles.get(name)
         return None if vehicle is None else vehicle.row
 
+    def has_moved(self, node: Node) -> bool:
+        """Whether a signal no longer follows the plan that it had at the start."""
+        return self._run is not None and self._run.has_moved(node)
+
     def rows_of_added_vehicles(self) -> dict[str, int]:
         """Rows of the trips of vehicles that were added by themselves, by their names."""
         rows = {name: vehicle.row for name, vehicle in self._vehicles.items()}

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from uxsim_geo.analysis.cells import space_time_cells
 from uxsim_geo.analysis.link_states import link_totals
@@ -22,6 +24,15 @@ if TYPE_CHECKING:
 
     from uxsim_geo.export.space_time_states import State
 
+
+class Look(NamedTuple):
+    """How a time-space diagram is cut (s, m), and whether red signals are marked."""
+
+    plot_signal: bool = True
+    xlim: tuple[float, float] | None = None
+    ylim: tuple[float, float] | None = None
+
+
 #: of states, in names of files
 SHORT = {"density": "k", "flow": "q", "speed": "v"}
 
@@ -37,50 +48,64 @@ class Figures(Sight):
         self,
         links: AnyLink | Iterable[AnyLink] | None = None,
         figsize: tuple[float, float] = (12, 4),
+        **look: Any,
     ) -> list[Figure]:
         """Draw the trajectories on each of some links, or of all."""
-        return [figure for link in self._links(links) for figure in self._routes([[link]], figsize)]
+        return self._routes([[link] for link in self._links(links)], figsize, Look(**look))
 
     def time_space_diagram_traj_links(
         self,
         linkslist: Sequence[AnyLink] | Sequence[Sequence[AnyLink]],
         figsize: tuple[float, float] = (12, 4),
+        **look: Any,
     ) -> list[Figure]:
-        """Draw the trajectories along links that follow one another; several such rows if given."""
-        return self._routes(self._rows_of_links(linkslist), figsize)
+        """Draw the trajectories along links that follow one another; several such rows if given.
+
+        As to all time-space diagrams, ``plot_signal`` (True) marks red at the ends of links, and
+        ``xlim`` (s) and ``ylim`` (m) cut the picture.
+        """
+        return self._routes(self._rows_of_links(linkslist), figsize, Look(**look))
 
     def time_space_diagram_density(
         self,
         links: AnyLink | Iterable[AnyLink] | None = None,
         figsize: tuple[float, float] = (12, 4),
+        **look: Any,
     ) -> list[Figure]:
         """Draw the density by time and place of each of some links, or of all."""
-        return [self._state_of_route([link], "density", figsize) for link in self._links(links)]
+        routes = [[link] for link in self._links(links)]
+        return self._states_of_routes(routes, "density", figsize, Look(**look))
 
     def time_space_diagram_flow(
         self,
         links: AnyLink | Iterable[AnyLink] | None = None,
         figsize: tuple[float, float] = (12, 4),
+        **look: Any,
     ) -> list[Figure]:
         """Draw the flow by time and place of each of some links, or of all."""
-        return [self._state_of_route([link], "flow", figsize) for link in self._links(links)]
+        routes = [[link] for link in self._links(links)]
+        return self._states_of_routes(routes, "flow", figsize, Look(**look))
 
     def time_space_diagram_speed(
         self,
         links: AnyLink | Iterable[AnyLink] | None = None,
         figsize: tuple[float, float] = (12, 4),
+        **look: Any,
     ) -> list[Figure]:
         """Draw the speed by time and place of each of some links, or of all."""
-        return [self._state_of_route([link], "speed", figsize) for link in self._links(links)]
+        routes = [[link] for link in self._links(links)]
+        return self._states_of_routes(routes, "speed", figsize, Look(**look))
 
     def time_space_diagram_state_links(
         self,
         linkslist: Sequence[AnyLink] | Sequence[Sequence[AnyLink]],
         state: State = "density",
         figsize: tuple[float, float] = (12, 4),
+        **look: Any,
     ) -> list[Figure]:
         """Draw density, flow or speed along links that follow one another; rows of them too."""
-        return [self._state_of_route(row, state, figsize) for row in self._rows_of_links(linkslist)]
+        routes = self._rows_of_links(linkslist)
+        return self._states_of_routes(routes, state, figsize, Look(**look))
 
     def cumulative_curves(
         self,
@@ -258,26 +283,33 @@ class Figures(Sight):
         rows: Any = [linkslist] if single else linkslist
         return [_joined(self._links(row, least=1)) for row in rows]
 
-    def _state_of_route(
-        self, route: Sequence[Link], state: State, figsize: tuple[float, float]
-    ) -> Figure:
+    def _states_of_routes(
+        self,
+        routes: Sequence[Sequence[Link]],
+        state: State,
+        figsize: tuple[float, float],
+        look: Look,
+    ) -> list[Figure]:
         from uxsim_geo.export.space_time_states import space_time_states_figure
 
-        names = [link.name for link in route]
-        sizes = {link.id: self._cell_size(link) for link in route}
-        cells = space_time_cells(
-            self._result,
-            self._network,
-            bin_s=min(self.W.EULAR_DT, self._result.settings.duration),
-            cell_m=[sizes[link] for link in sorted(sizes)],
-            links=names,
-            passages=self._passages,
-        )
-        figure = space_time_states_figure(self._network, cells, names, state, figsize)
-        return pictures.finish(self.W, figure, f"tsd_{SHORT[state]}_{'-'.join(names)}")
+        figures = []
+        for route in routes:
+            names = [link.name for link in route]
+            sizes = {link.id: self._cell_size(link) for link in route}
+            cells = space_time_cells(
+                self._result,
+                self._network,
+                bin_s=min(self.W.EULAR_DT, self._result.settings.duration),
+                cell_m=[sizes[link] for link in sorted(sizes)],
+                links=names,
+                passages=self._passages,
+            )
+            figure = space_time_states_figure(self._network, cells, names, state, figsize)
+            figures.append(self._finish_diagram(figure, route, f"tsd_{SHORT[state]}", look))
+        return figures
 
     def _routes(
-        self, routes: Sequence[Sequence[Link]], figsize: tuple[float, float]
+        self, routes: Sequence[Sequence[Link]], figsize: tuple[float, float], look: Look
     ) -> list[Figure]:
         from uxsim_geo.export.trajectories import trajectories_figure
 
@@ -287,8 +319,24 @@ class Figures(Sight):
             names = [link.name for link in route]
             figure = trajectories_figure(self._network, self._passages, names, duration, figsize)
             kind = "tsd_traj_links" if len(names) > 1 else "tsd_traj"
-            figures.append(pictures.finish(self.W, figure, f"{kind}_{'-'.join(names)}"))
+            figures.append(self._finish_diagram(figure, route, kind, look))
         return figures
+
+    def _finish_diagram(
+        self, figure: Figure, route: Sequence[Link], kind: str, look: Look
+    ) -> Figure:
+        """Mark red signals, cut the picture, save it."""
+        from uxsim_geo.export.corridor import draw_reds
+
+        if look.plot_signal:
+            reds = [self._reds(link) for link in route]
+            draw_reds(figure, np.array([link.length for link in route]), reds)
+        if look.xlim is not None:
+            figure.axes[0].set_xlim(look.xlim)
+        if look.ylim is not None:
+            figure.axes[0].set_ylim(look.ylim)
+        names = "-".join(link.name for link in route)
+        return pictures.finish(self.W, figure, f"{kind}_{names}")
 
     def _path_of(self, file_name: str | None, name: str) -> Path:
         path = pictures.folder(self.W) / name if file_name is None else Path(file_name)

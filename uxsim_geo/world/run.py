@@ -113,6 +113,10 @@ class Run:
         if node.inlinks:  # else there is nothing that it could hold
             self._moved[node.id] = node
 
+    def has_moved(self, node: Node) -> bool:
+        """Whether a signal no longer follows its plan."""
+        return node.id in self._moved
+
     def write_node(self, node: Node) -> None:
         """Let a node be as its attributes say, from now on."""
         told = node.flow_capacity

@@ -12,11 +12,12 @@ import pandas as pd
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import Samples
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.world import options
 from uxsim_geo.world.elements import unknown
 from uxsim_geo.world.links import Link
 from uxsim_geo.world.nodes import Node
+from uxsim_geo.world.scenario import signals_of
 
 if TYPE_CHECKING:
     from uxsim_geo.network.network import Network
@@ -79,6 +80,14 @@ class Sight:
             return self._states
         names = [link.name for link in self._links(links, least=1)]
         return self._states[self._states["link_id"].isin(names)]
+
+    def _reds(self, link: Link) -> list[tuple[float, float]]:
+        """When the signal at the end of a link was red, s; of one moved by hand nothing is kept."""
+        node = link.end_node
+        if not node.cycle_length or self.W.has_moved(node):
+            return []
+        (signal,) = signals_of([node], Faults())
+        return signal.reds(link.name, self._result.settings.duration)
 
     def _cell_size(self, link: Link) -> float:
         """Length of cells, m: tenths of the link that a step cannot jump over."""
