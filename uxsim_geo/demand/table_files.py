@@ -1,0 +1,173 @@
+"""Tables in CSV and Parquet files, with the line or the row of every value kept for messages."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from uxsim_geo.demand.od_table import add_of_rows
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.text import read_lines
+
+#: what may stand between the values of a line: whichever comes first in the line of names
+DELIMITERS = ",;\t"
+
+PARQUET = (".parquet", ".pq", ".geoparquet")
+
+
+def read_table_file(path: Path, faults: Faults) -> pd.DataFrame | None:
+    """A table of a CSV file (all text, index ``line``) or a Parquet file (index ``row``, from 1).
+
+    The suffix says which. None, with at least one fault, where it cannot be read.
+    """
+    is_parquet = path.suffix.lower() in PARQUET
+    table = _read_parquet(path, faults) if is_parquet else _read_csv(path, faults)
+    if table is not None and table.empty and not faults.found:
+        faults.add("holds no row beside the names of the columns")
+        return None
+    return None if faults.found else table
+
+
+def _read_parquet(path: Path, faults: Faults) -> pd.DataFrame | None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.ParquetFile(path).read().to_pandas(ignore_metadata=True)
+    except FileNotFoundError:
+        faults.add("there is no such file")
+        return None
+    except (OSError, pa.ArrowException) as error:
+        faults.add(f"is not a Parquet table: {error}")
+        return None
+    table.columns = [str(name) for name in table.columns]
+    found: pd.DataFrame = table.set_index(pd.RangeIndex(1, len(table) + 1, name="row"))
+    return found
+
+
+def _read_csv(path: Path, faults: Faults) -> pd.DataFrame | None:
+    """All cells as text without blanks around them; empty lines are passed over."""
+    lines = read_lines(path, faults)
+    if lines is None:
+        return None
+    first = next(place for place, line in enumerate(lines) if line.strip())
+    delimiter = next((sign for sign in lines[first] if sign in DELIMITERS), ",")
+    names = [name.strip() for name in next(csv.reader([lines[first]], delimiter=delimiter))]
+    for name in {name for name in names if names.count(name) > 1}:
+        faults.add("two columns have this name", line=first + 1, column=name)
+    table = None if faults.found else _rows(lines, first, (delimiter, names), faults)
+    if table is None:
+        return None
+    empty = np.logical_and.reduce([(table[name] == "").to_numpy(bool) for name in names])
+    rows: pd.DataFrame = table[~empty]
+    return rows
+
+
+def _rows(
+    lines: list[str], first: int, form: tuple[str, list[str]], faults: Faults
+) -> pd.DataFrame | None:
+    """The rows below the line of names, by the fast reader of Arrow."""
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
+
+    delimiter, names = form
+    damaged: list[int] = []
+
+    def damage(row: Any) -> str:
+        damaged.append(row.number + first)
+        if "\n" in row.text:
+            what = "a quotation mark is opened here and not closed"
+        else:
+            what = f"has {row.actual_columns} values, line {first + 1} names {len(names)} columns"
+        faults.add(what, line=row.number + first, value=row.text.partition("\n")[0])
+        return "skip"
+
+    while lines and not lines[-1].strip():
+        lines.pop()
+    data = "\n".join(lines[first:]).encode()
+    try:
+        table = arrow_csv.read_csv(
+            io.BytesIO(data),
+            read_options=arrow_csv.ReadOptions(
+                use_threads=False, column_names=names, skip_rows=1, block_size=len(data) + 1
+            ),
+            parse_options=arrow_csv.ParseOptions(
+                delimiter=delimiter, ignore_empty_lines=False, invalid_row_handler=damage
+            ),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types={name: pa.string() for name in names}, strings_can_be_null=False
+            ),
+        )
+    except pa.ArrowException as error:
+        faults.add(f"is no table of values between signs: {error}")
+        return None
+    line = np.arange(first + 2, len(lines) + 1)
+    line = line[~np.isin(line, damaged)]
+    if not faults.found and len(line) != table.num_rows:
+        faults.add("a value in quotation marks runs over the end of its line: is one not closed?")
+    if faults.found:
+        return None
+    trimmed = {name: pa.compute.utf8_trim_whitespace(table.column(name)) for name in names}
+    found: pd.DataFrame = pa.table(trimmed).to_pandas()
+    return found.set_index(pd.Index(line, name="line"))
+
+
+def find_columns(
+    table: pd.DataFrame,
+    names: Mapping[str, tuple[str, ...]],
+    given: Mapping[str, str],
+    faults: Faults,
+) -> dict[str, str]:
+    """The column of ``table`` for each of ``names``: the one ``given``, else the first that fits.
+
+    ``names`` maps what is looked for to the names under which files have it. A column that is
+    given and not there is a fault; one that is not found is left out.
+    """
+    lower: dict[str, str] = {}
+    for column in table.columns:
+        lower.setdefault(str(column).strip().lower(), str(column))
+    found: dict[str, str] = {}
+    for what, aliases in names.items():
+        if what in given:
+            if given[what] not in table:
+                there = ", ".join(map(str, table.columns[:20]))
+                faults.add(f"has no such column (columns here: {there})", column=given[what])
+            found[what] = given[what]
+        elif known := [lower[name] for name in aliases if name in lower]:
+            found[what] = known[0]
+    return found
+
+
+def ids_of(table: pd.DataFrame, column: str, faults: Faults) -> pd.Series[str]:
+    """A column of ids as text: 12 and 12.0 are "12"; null where there is none."""
+    values = table[column]
+    if pd.api.types.is_numeric_dtype(values.dtype):
+        number = values.to_numpy(np.float64, na_value=np.nan)
+        broken = ~np.isnan(number) & (number % 1 != 0)
+        add_of_rows(faults, table, broken, column, "must be an id: a whole number or a text")
+        if not broken.any() and np.abs(np.nan_to_num(number)).max(initial=0) < 2**53:
+            whole = pd.Series(number, index=values.index).astype("Int64").astype("str")
+            return whole.where(values.notna(), None)
+        return values.astype("str")
+    return values.astype("str").str.strip()
+
+
+def numbers_of(table: pd.DataFrame, column: str, faults: Faults) -> npt.NDArray[np.float64]:
+    """A column of numbers; a fault for every cell that is none, NaN there."""
+    values = table[column]
+    if pd.api.types.is_numeric_dtype(values.dtype):
+        return values.to_numpy(np.float64, na_value=np.nan)
+    found = pd.to_numeric(values, errors="coerce").to_numpy(np.float64, na_value=np.nan)
+    # "nan" is a number that the later checks tell of
+    wrong = np.isnan(found) & (values.astype("str").str.lower() != "nan").to_numpy(
+        bool, na_value=True
+    )
+    add_of_rows(faults, table, wrong, column, "must be a number")
+    return np.where(wrong, 0.0, found)
