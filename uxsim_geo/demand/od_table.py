@@ -16,7 +16,7 @@ import pandas as pd
 
 from uxsim_geo.control.drivers import DEFAULT
 from uxsim_geo.demand.access import Access
-from uxsim_geo.demand.demand import Demand
+from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import NOTE_COLUMNS
 from uxsim_geo.network.notes import Notes
@@ -138,7 +138,8 @@ def ordered(table: pd.DataFrame, notes: Notes | None = None) -> pd.DataFrame:
     keys = [ends.origin, ends.destination, of_class, *times]
     # the vehicles come last, so that sums do not depend on the order of the file
     order = np.lexsort((vehicles_of(table), *keys[::-1]))
-    table = table.iloc[order]
+    known = [name for name in (*DEMAND_COLUMNS, CLASS) if name in table]
+    table = table[[*known, *table.columns.difference(known, sort=False)]].iloc[order]
     if CLASS in table:
         table = table.assign(**{CLASS: np.array(classes, object)[of_class[order]]})
         table = table.astype({CLASS: "str"})

@@ -59,7 +59,8 @@ def _read_csv(path: Path, faults: Faults) -> pd.DataFrame | None:
         return None
     first = next(place for place, line in enumerate(lines) if line.strip())
     delimiter = next((sign for sign in lines[first] if sign in DELIMITERS), ",")
-    names = [name.strip() for name in next(csv.reader([lines[first]], delimiter=delimiter))]
+    reader = csv.reader([lines[first]], delimiter=delimiter, skipinitialspace=True)
+    names = [name.strip() for name in next(reader)]
     for name in {name for name in names if names.count(name) > 1}:
         faults.add("two columns have this name", line=first + 1, column=name)
     table = None if faults.found else _rows(lines, first, (delimiter, names), faults)
@@ -81,22 +82,25 @@ def _rows(
     damaged: list[int] = []
 
     def damage(row: Any) -> str:
-        damaged.append(row.number + first)
+        line = row.number + first + 1
+        damaged.append(line)
         if "\n" in row.text:
             what = "a quotation mark is opened here and not closed"
         else:
             what = f"has {row.actual_columns} values, line {first + 1} names {len(names)} columns"
-        faults.add(what, line=row.number + first, value=row.text.partition("\n")[0])
+        faults.add(what, line=line, value=row.text.partition("\n")[0])
         return "skip"
 
     while lines and not lines[-1].strip():
         lines.pop()
-    data = "\n".join(lines[first:]).encode()
+    if len(lines) == first + 1:
+        return pd.DataFrame(dict.fromkeys(names, pd.Series(dtype="str")))
+    data = "\n".join(lines[first + 1 :]).encode()
     try:
         table = arrow_csv.read_csv(
             io.BytesIO(data),
             read_options=arrow_csv.ReadOptions(
-                use_threads=False, column_names=names, skip_rows=1, block_size=len(data) + 1
+                use_threads=False, column_names=names, block_size=len(data) + 1
             ),
             parse_options=arrow_csv.ParseOptions(
                 delimiter=delimiter, ignore_empty_lines=False, invalid_row_handler=damage
