@@ -18,7 +18,7 @@ from uxsim_geo.demand.od_table import (
     check_od,
     ordered,
 )
-from uxsim_geo.demand.points import Points, points_to_nodes
+from uxsim_geo.demand.points import Points, check_points, points_to_nodes
 from uxsim_geo.demand.table_files import find_columns, ids_of, numbers_of, read_table_file
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.notes import Notes
@@ -85,9 +85,8 @@ def read_od(
     assert table is not None, "else there was a fault"
     columns = columns or OdColumns()
     found = _places(table, columns, faults, points=points is not None)
-    rows = _values(table, found, columns, faults) if not faults.found else None
     faults.raise_if_any()
-    assert rows is not None, "else there was a fault"
+    rows = _values(table, found, columns, faults)
     _note_unused(table, {*found.values(), *columns.classes}, notes)
     return od_of_rows(rows, faults, notes, points)
 
@@ -95,10 +94,12 @@ def read_od(
 def od_of_rows(rows: pd.DataFrame, faults: Faults, notes: Notes, points: Points | None) -> OdTable:
     """An OD table of rows that were read; ``faults`` has their source and what was found so far."""
     access = None
-    if points is not None and not faults.found:
-        rows, access = points_to_nodes(rows, points, faults)
+    if points is not None:
+        check_points(rows, points, faults)
     check_od(rows, faults)
     faults.raise_if_any()
+    if points is not None:
+        rows, access = points_to_nodes(rows, points)
     notes.add(
         "vehicles in file",
         "sum over all rows",

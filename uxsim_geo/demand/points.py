@@ -68,53 +68,47 @@ class Plane(NamedTuple):
         return np.column_stack((x, y)).astype(np.float64)
 
 
-def points_to_nodes(
-    rows: pd.DataFrame, points: Points, faults: Faults
-) -> tuple[pd.DataFrame, Access]:
+def check_points(rows: pd.DataFrame, points: Points, faults: Faults) -> None:
+    """Add every fault of the points of some rows, and of their reference system.
+
+    Coordinates must be finite, and in a system of longitudes and latitudes at most 360 and 90.
+    """
+    plane = plane_of(points.network, points.crs, faults)
+    degrees = plane is not None and plane.source is not None and plane.source.is_geographic
+    for name in (f"{end}_{letter}" for end in ENDS for letter in "xy"):
+        values = rows[name].to_numpy(np.float64)
+        add_of_rows(faults, rows, ~np.isfinite(values), name, "must be a finite coordinate")
+        most = 360.0 if name.endswith("x") else 90.0
+        what = f"is beyond {most:g} degrees: are x and y, or the reference system, confused?"
+        beyond = np.isfinite(values) & (np.abs(values) > most)
+        add_of_rows(faults, rows, beyond & degrees, name, what)
+
+
+def points_to_nodes(rows: pd.DataFrame, points: Points) -> tuple[pd.DataFrame, Access]:
     """Give rows with origin_x, origin_y, destination_x, destination_y their origin and destination.
 
     A point becomes the id of its node, or, where none is near enough, the text "x y", a place
     without access. Returns the rows with columns origin and destination in place of the points,
-    and the access to nodes.
+    and the access to nodes. The points were checked by :func:`check_points`.
     """
     notes = Notes()
     lost: list[str] = []
     rows = rows.copy()
+    plane = plane_of(points.network, points.crs, Faults())
+    assert plane is not None, "it was checked"
     for end in ENDS:
-        names = [f"{end}_x", f"{end}_y"]
-        x, y = (rows.pop(name).to_numpy(np.float64) for name in names)
-        places = _ids_near(rows, (x, y), end, points, faults)
-        if places is None:
-            continue
-        rows[end], distance = places
+        x, y = (rows.pop(f"{end}_{letter}").to_numpy(np.float64) for letter in "xy")
+        node, distance = nearest_nodes(plane.metres(x, y), points.network, end)
+        ids = points.network.nodes["node_id"].astype("str").to_numpy(object)[node]
         far = distance > points.within_m
+        ids[far] = [f"{x[row]:.9g} {y[row]:.9g}" for row in np.flatnonzero(far)]
+        rows[end] = pd.Series(ids, index=rows.index, dtype="str")
         lost.extend(rows.loc[far, end].unique())
         note = f"points as {end} are up to this far from their nodes, m"
         notes.add("points", note, element="demand", value=float(distance[~far].max(initial=0.0)))
     nodes = access_of_nodes(points.network)
     known = nodes.zones.union(pd.Index(lost, dtype="str"), sort=False).unique()
     return rows, Access(known, nodes.origins, nodes.destinations, notes.table())
-
-
-def _ids_near(
-    rows: pd.DataFrame, at: tuple[Floats, Floats], end: End, points: Points, faults: Faults
-) -> tuple[npt.NDArray[np.object_], Floats] | None:
-    """The node of every point, or its coordinates as text, and the distance, m."""
-    x, y = at
-    plane = plane_of(points.network, points.crs, faults)
-    for name, values in ((f"{end}_x", x), (f"{end}_y", y)):
-        column = rows.assign(**{name: values})
-        add_of_rows(faults, column, ~np.isfinite(values), name, "must be a finite coordinate")
-    if plane is None or faults.found:
-        return None
-    add_degree_faults(rows, at, end, plane, faults)
-    if faults.found:
-        return None
-    node, distance = nearest_nodes(plane.metres(x, y), points.network, end)
-    ids = points.network.nodes["node_id"].astype("str").to_numpy(object)[node]
-    far = np.flatnonzero(distance > points.within_m)
-    ids[far] = [f"{x[row]:.9g} {y[row]:.9g}" for row in far]
-    return ids, distance
 
 
 def plane_of(network: Network, crs: Any, faults: Faults) -> Plane | None:
@@ -151,18 +145,6 @@ def metric_crs(network: Network) -> Any:
     if own is None or (own.is_projected and own.axis_info[0].unit_name == "metre"):
         return own
     return network.nodes.estimate_utm_crs()  # type: ignore[operator]  # a GeoDataFrame
-
-
-def add_degree_faults(
-    rows: pd.DataFrame, at: tuple[Floats, Floats], end: str, plane: Plane, faults: Faults
-) -> None:
-    """Longitudes and latitudes that are none, where the system has them."""
-    if plane.source is None or not plane.source.is_geographic:
-        return
-    for letter, values, most in (("x", at[0], 360.0), ("y", at[1], 90.0)):
-        name = f"{end}_{letter}"
-        what = f"is beyond {most:g} degrees: are x and y, or the reference system, confused?"
-        add_of_rows(faults, rows.assign(**{name: values}), np.abs(values) > most, name, what)
 
 
 def node_metres(network: Network) -> Floats:
