@@ -118,6 +118,16 @@ def test_places_that_are_not_known_are_told_where_they_stand_first() -> None:
     assert told(raised.value) == [(2, "origin", "y"), (1, "destination", "x")]
 
 
+def test_places_of_a_wider_area_may_be_dropped() -> None:
+    table = hour(("a", "x", 1.0), ("x", "x", 2.0), ("a", "b", 3.0))
+    loaded = load_od(table, RING, unknown="drop")
+    assert loaded.demand.table["vehicles"].tolist() == [3.0]
+    assert values(loaded.dropped) == [
+        ["unknown place", "a", "x", 1.0],
+        ["unknown place", "x", "x", 2.0],
+    ]
+
+
 def test_a_table_without_times_is_refused() -> None:
     with pytest.raises(InputError, match="has no times"):
         load_od(od(("a", "b", 1.0)), RING)

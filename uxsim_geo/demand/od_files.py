@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.demand.od_table import (
@@ -16,6 +17,7 @@ from uxsim_geo.demand.od_table import (
     OdTable,
     add_of_rows,
     check_od,
+    natural_order,
     ordered,
 )
 from uxsim_geo.demand.points import Points, check_points, points_to_nodes
@@ -170,42 +172,47 @@ def read_od_matrix(path: Path) -> OdTable:
     that is not square (a place that is only an origin, or only a destination).
     """
     faults, notes = Faults(str(path)), Notes()
-    table = read_table_file(path, faults)
+    table = read_table_file(path, faults, numbers=True)
     faults.raise_if_any()
     assert table is not None, "else there was a fault"
     origins = ids_of(table, str(table.columns[0]), faults)
-    destinations = [str(name) for name in table.columns[1:]]
-    _add_side_faults(table, origins, destinations, faults)
-    cells = [_cells(table, name, origins, faults) for name in destinations]
+    destinations = np.array([str(name) for name in table.columns[1:]], object)
+    _add_side_faults(origins, destinations, faults)
+    cells = np.column_stack([_cells(table, name, faults) for name in destinations])
     faults.raise_if_any()
-    return od_of_rows(pd.concat(cells), faults, notes, None)
+    row, column = np.nonzero(cells)
+    rows = pd.DataFrame(
+        {
+            "origin": origins.array[row],
+            "destination": pd.Series(destinations, dtype="str").array[column],
+            "vehicles": cells[row, column],
+        },
+        index=table.index[row],
+    )
+    return od_of_rows(rows, faults, notes, None)
 
 
 def _add_side_faults(
-    table: pd.DataFrame, origins: pd.Series[str], destinations: list[str], faults: Faults
+    origins: pd.Series[str], destinations: npt.NDArray[np.object_], faults: Faults
 ) -> None:
     again = origins.duplicated().to_numpy(bool)
-    for place, line in zip(origins[again], table.index[again], strict=True):
+    for place, line in zip(origins[again], origins.index[again], strict=True):
         faults.add(f"row {line}: the origin stands in an earlier row too", value=place)
-    for place in sorted(set(origins.dropna()) ^ set(destinations)):
+    for place in natural_order(set(origins.dropna()) ^ set(destinations)):
         side = "column" if place in set(origins) else "row"
         faults.add(f"the matrix is not square: this place has no {side}", value=place)
 
 
-def _cells(
-    table: pd.DataFrame, destination: str, origins: pd.Series[str], faults: Faults
-) -> pd.DataFrame:
-    """The cells of one column that are not empty, nor zero."""
-    column = table[destination]
-    if not pd.api.types.is_numeric_dtype(column.dtype):
-        table = table[[destination]].where(column.fillna("") != "", "0")
-    vehicles = numbers_of(table, destination, faults)
-    vehicles = np.where(column.isna(), 0.0, vehicles)
-    rows = pd.DataFrame({"origin": origins, "destination": destination, "vehicles": vehicles})
+def _cells(table: pd.DataFrame, destination: str, faults: Faults) -> npt.NDArray[np.float64]:
+    """The cells of one column, 0 where they are empty."""
+    column = table[[destination]]
+    empty = column[destination].isna().to_numpy(bool)
+    if not pd.api.types.is_numeric_dtype(column[destination].dtype):
+        empty = empty | (column[destination] == "").to_numpy(bool)
+        column = column.mask(empty[:, None], "0")
+    vehicles = np.where(empty, 0.0, numbers_of(column, destination, faults))
     wrong = ~(np.isfinite(vehicles) & (vehicles >= 0))
     if wrong.any():
-        named = rows.rename(columns={"vehicles": destination})
         what = "must be a finite number of vehicles, 0 or more"
-        add_of_rows(faults, named, wrong, destination, what)
-    cells: pd.DataFrame = rows[vehicles != 0]
-    return cells
+        add_of_rows(faults, column, wrong, destination, what)
+    return vehicles

@@ -16,6 +16,7 @@ from uxsim_geo.demand.od_table import (
     TIMES,
     Ends,
     OdTable,
+    add_of_rows,
     ends_of,
     nothing_dropped,
     ordered,
@@ -29,6 +30,7 @@ from uxsim_geo.network.notes import Notes
 
 #: what each reason of :data:`uxsim_geo.demand.spreading.REASONS` means
 MEANING = {
+    "unknown place": "trips from or to places that the network does not know were left out",
     "intrazonal": "trips that start and end in the same zone (or node) were left out",
     "no access node": "trips whose origin or destination has no node to start or end at "
     "were left out",
@@ -61,6 +63,7 @@ def load_od(
     access: Access | None = None,
     *,
     unreachable: Literal["drop", "keep"] = "drop",
+    unknown: Literal["fault", "drop"] = "fault",
 ) -> Loaded:
     """Spread vehicles between places over the nodes at which they start and end.
 
@@ -69,13 +72,15 @@ def load_od(
     nodes that a path connects. So all vehicles of a pair are kept if any of its pairs of nodes
     can be driven; otherwise they are dropped, or with ``keep`` have a part of them all and will
     not arrive. ``access`` is that of the table itself, or else of the network, if None is given.
+    Where a table is of a wider area than the network, ``unknown`` may be ``drop``.
 
     Raises :class:`uxsim_geo.errors.InputError` for a table without times
-    (:func:`uxsim_geo.demand.timing.in_time` gives them) and with every place that is not known.
+    (:func:`uxsim_geo.demand.timing.in_time` gives them) and, unless they are to be dropped, with
+    every place that is not known.
     """
     access = access or od.access or access_of_network(network)
     ends = ends_of(od.table)
-    _check(od, ends, access)
+    _check(od, ends, None if unknown == "drop" else access)
     pairs = served_pairs(ends, access, network, keep=unreachable == "keep")
     kept = pairs.reason[pairs.of_row] == NONE
     dropped = _dropped(od, pairs)
@@ -87,22 +92,26 @@ def load_od(
     return Loaded(demand, _report(od.table[kept], dropped), dropped)
 
 
-def _check(od: OdTable, ends: Ends, access: Access) -> None:
+def _check(od: OdTable, ends: Ends, access: Access | None) -> None:
     faults = Faults(od.source)
     if not set(TIMES) <= set(od.table):
         faults.add("has no times: state the period in which its vehicles depart, and the profile")
-    known = access.zones.get_indexer(ends.names) >= 0
-    is_line = od.table.index.name == "line"
-    what = "is no zone or node that is known here"
-    for end, rows in (("origin", ends.origin), ("destination", ends.destination)):
-        place, first = np.unique(rows, return_index=True)
-        for row in first[~known[place]].tolist():
-            line, name = int(od.table.index[row]), ends.names[rows[row]]
-            if is_line:
-                faults.add(what, line=line, column=end, value=name)
-            else:
-                faults.add(f"row {line}: {what}", column=end, value=name)
+    if access is not None:
+        _add_unknown(od, ends, access, faults)
     faults.raise_if_any()
+
+
+def _add_unknown(od: OdTable, ends: Ends, access: Access, faults: Faults) -> None:
+    """Places that are not known, each where it stands first in the file."""
+    known = access.zones.get_indexer(ends.names) >= 0
+    what = "is no zone or node that is known here"
+    order = np.argsort(od.table.index.to_numpy(), kind="stable")
+    for end, places in (("origin", ends.origin), ("destination", ends.destination)):
+        place, first = np.unique(places[order], return_index=True)
+        rows = np.sort(first[~known[place]])
+        unknown = np.zeros(len(order), bool)
+        unknown[rows] = True
+        add_of_rows(faults, od.table.iloc[order], unknown, end, what)
 
 
 def _dropped(od: OdTable, pairs: Pairs) -> pd.DataFrame:

@@ -23,8 +23,8 @@ Booleans = npt.NDArray[np.bool_]
 MOST_ROWS = 50_000_000
 
 #: why a pair makes no demand; the place of each is its code, that of the first: it makes some
-REASONS = ("", "no access node", "intrazonal", "same access node", "no path")
-NONE, NO_ACCESS, INTRAZONAL, ONE_NODE, UNREACHABLE = range(len(REASONS))
+REASONS = ("", "unknown place", "no access node", "intrazonal", "same access node", "no path")
+NONE, UNKNOWN, NO_ACCESS, INTRAZONAL, ONE_NODE, UNREACHABLE = range(len(REASONS))
 
 
 class Pairs(NamedTuple):
@@ -83,6 +83,8 @@ def served_pairs(ends: Ends, access: Access, network: Network, *, keep: bool) ->
     first, second = (_Served.of(access.of(end), ends.names, nodes) for end in ENDS)
     reason = np.where((first.many[origin] * second.many[destination]) == 0, NO_ACCESS, NONE)
     reason[origin == destination] = INTRAZONAL
+    known = access.zones.get_indexer(ends.names) >= 0
+    reason[~(known[origin] & known[destination])] = UNKNOWN
     pair, start, end, share = _all_pairs_of_nodes(
         (first, second), origin, destination, np.flatnonzero(reason == NONE)
     )

@@ -22,13 +22,14 @@ DELIMITERS = ",;\t"
 PARQUET = (".parquet", ".pq", ".geoparquet")
 
 
-def read_table_file(path: Path, faults: Faults) -> pd.DataFrame | None:
+def read_table_file(path: Path, faults: Faults, *, numbers: bool = False) -> pd.DataFrame | None:
     """A table of a CSV file (all text, index ``line``) or a Parquet file (index ``row``, from 1).
 
-    The suffix says which. None, with at least one fault, where it cannot be read.
+    The suffix says which. With ``numbers``, all columns but the first of a CSV file are numbers
+    (NaN where empty) if every cell is one. None, with at least one fault, where it cannot be read.
     """
     is_parquet = path.suffix.lower() in PARQUET
-    table = _read_parquet(path, faults) if is_parquet else _read_csv(path, faults)
+    table = _read_parquet(path, faults) if is_parquet else _read_csv(path, faults, numbers=numbers)
     if table is not None and table.empty and not faults.found:
         faults.add("holds no row beside the names of the columns")
         return None
@@ -52,7 +53,7 @@ def _read_parquet(path: Path, faults: Faults) -> pd.DataFrame | None:
     return found
 
 
-def _read_csv(path: Path, faults: Faults) -> pd.DataFrame | None:
+def _read_csv(path: Path, faults: Faults, *, numbers: bool) -> pd.DataFrame | None:
     """All cells as text without blanks around them; empty lines are passed over."""
     lines = read_lines(path, faults)
     if lines is None:
@@ -63,10 +64,15 @@ def _read_csv(path: Path, faults: Faults) -> pd.DataFrame | None:
     names = [name.strip() for name in next(reader)]
     for name in {name for name in names if names.count(name) > 1}:
         faults.add("two columns have this name", line=first + 1, column=name)
-    table = None if faults.found else _rows(lines, first, (delimiter, names), faults)
+    if faults.found:
+        return None
+    table = _numbers(lines, first, (delimiter, names)) if numbers else None
+    if table is None:
+        table = _rows(lines, first, (delimiter, names), faults)
     if table is None:
         return None
-    empty = np.logical_and.reduce([(table[name] == "").to_numpy(bool) for name in names])
+    is_empty = [(table[name].isna() | (table[name] == "")).to_numpy(bool) for name in names]
+    empty = np.logical_and.reduce(is_empty)
     rows: pd.DataFrame = table[~empty]
     return rows
 
@@ -74,11 +80,10 @@ def _read_csv(path: Path, faults: Faults) -> pd.DataFrame | None:
 def _rows(
     lines: list[str], first: int, form: tuple[str, list[str]], faults: Faults
 ) -> pd.DataFrame | None:
-    """The rows below the line of names, by the fast reader of Arrow."""
+    """The rows below the line of names, as text."""
     import pyarrow as pa
-    from pyarrow import csv as arrow_csv
 
-    delimiter, names = form
+    names = form[1]
     damaged: list[int] = []
 
     def damage(row: Any) -> str:
@@ -95,20 +100,8 @@ def _rows(
         lines.pop()
     if len(lines) == first + 1:
         return pd.DataFrame(dict.fromkeys(names, pd.Series(dtype="str")))
-    data = "\n".join(lines[first + 1 :]).encode()
     try:
-        table = arrow_csv.read_csv(
-            io.BytesIO(data),
-            read_options=arrow_csv.ReadOptions(
-                use_threads=False, column_names=names, block_size=len(data) + 1
-            ),
-            parse_options=arrow_csv.ParseOptions(
-                delimiter=delimiter, ignore_empty_lines=False, invalid_row_handler=damage
-            ),
-            convert_options=arrow_csv.ConvertOptions(
-                column_types={name: pa.string() for name in names}, strings_can_be_null=False
-            ),
-        )
+        table = _parsed(lines[first + 1 :], form, dict.fromkeys(names, pa.string()), damage)
     except pa.ArrowException as error:
         faults.add(f"is no table of values between signs: {error}")
         return None
@@ -121,6 +114,52 @@ def _rows(
     trimmed = {name: pa.compute.utf8_trim_whitespace(table.column(name)) for name in names}
     found: pd.DataFrame = pa.table(trimmed).to_pandas()
     return found.set_index(pd.Index(line, name="line"))
+
+
+def _numbers(lines: list[str], first: int, form: tuple[str, list[str]]) -> pd.DataFrame | None:
+    """The rows with numbers in all columns but the first; None where some cell is none."""
+    import pyarrow as pa
+
+    names = form[1]
+    types = {name: pa.float64() if place else pa.string() for place, name in enumerate(names)}
+    body = lines[first + 1 :]
+    try:
+        table = _parsed(body, form, types, lambda _: "error")
+    except pa.ArrowException:
+        return None
+    while body and not body[-1]:
+        body.pop()
+    is_nan = any(
+        pa.compute.any(pa.compute.is_nan(table.column(name))).as_py() for name in names[1:]
+    )
+    if is_nan or table.num_rows != len(body):
+        return None
+    line = pd.RangeIndex(first + 2, first + 2 + len(body), name="line")
+    found: pd.DataFrame = table.to_pandas()
+    found[names[0]] = found[names[0]].str.strip()
+    return found.set_index(line)
+
+
+def _parsed(
+    lines: list[str], form: tuple[str, list[str]], types: dict[str, Any], damage: Any
+) -> Any:
+    """Lines by the fast reader of Arrow; ``damage`` is called for rows of another length."""
+    from pyarrow import csv as arrow_csv
+
+    delimiter, names = form
+    data = "\n".join(lines).encode()
+    return arrow_csv.read_csv(
+        io.BytesIO(data),
+        read_options=arrow_csv.ReadOptions(
+            use_threads=False, column_names=names, block_size=len(data) + 1
+        ),
+        parse_options=arrow_csv.ParseOptions(
+            delimiter=delimiter, ignore_empty_lines=False, invalid_row_handler=damage
+        ),
+        convert_options=arrow_csv.ConvertOptions(
+            column_types=types, strings_can_be_null=False, null_values=[""]
+        ),
+    )
 
 
 def find_columns(

@@ -149,7 +149,7 @@ def _departures(
         return np.where(np.isfinite(depart), depart, 0.0)
     column, begin = found["depart"], str(options.begin).strip()
     texts = table[column].astype("str").fillna("").to_numpy(object)
-    values, place = np.unique(texts, return_inverse=True)
+    place, values = pd.factorize(texts)
     is_clock = CLOCK.fullmatch(begin) is not None
     if is_clock:
         seconds, start = np.array([_clock(str(value)) for value in values]), _clock(begin)
