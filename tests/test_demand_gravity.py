@@ -12,6 +12,7 @@ from small_networks import grid, link, network
 from test_demand_loading import access
 
 from uxsim_geo.demand.access import access_of_nodes
+from uxsim_geo.demand.calibration import calibrated_impedance
 from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.free_flow import ZoneTimes, free_flow_times
 from uxsim_geo.demand.gravity import GravityOptions, Impedance, gravity
@@ -222,3 +223,22 @@ def test_a_city_without_data_can_be_simulated() -> None:
     assert loaded.demand.table["vehicles"].sum() == pytest.approx(320.0, rel=1e-5)
     assert loaded.dropped.empty
     assert model.report["zone"].tolist() == natural_order(of.nodes["node_id"])
+
+
+def test_the_decay_is_found_again_from_the_mean_time() -> None:
+    for impedance in (Impedance(0.0, 0.2), Impedance(0.7, 0.05), Impedance(0.0, 0.5)):
+        mean = gravity(ENDS, TIMES, impedance).figures["mean_time_s"]
+        found = calibrated_impedance(ENDS, TIMES, mean, impedance=Impedance(impedance.exponent))
+        assert found.exponent == impedance.exponent
+        assert found.decay_per_min == pytest.approx(impedance.decay_per_min, rel=0.02)
+        again = gravity(ENDS, TIMES, found).figures["mean_time_s"]
+        assert again == pytest.approx(mean, rel=1e-4)
+    with pytest.raises(InputError, match=r"no decay gives trips of this mean time.*'9000'"):
+        calibrated_impedance(ENDS, TIMES, 9000)
+    with pytest.raises(InputError, match="no decay gives"):
+        calibrated_impedance(ENDS, TIMES, 60.0)
+
+
+def test_an_impedance_beyond_all_numbers_is_refused() -> None:
+    with pytest.raises(InputError, match="too large for numbers"):
+        gravity(ENDS, TIMES, Impedance(-500.0))

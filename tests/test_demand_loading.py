@@ -17,6 +17,7 @@ from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.od_loading import load_od
 from uxsim_geo.demand.od_table import OdTable, ends_of, natural_order, vehicles_of
 from uxsim_geo.demand.profile import TripsOptions
+from uxsim_geo.demand.profile_file import read_profiles
 from uxsim_geo.demand.reachable import reachable_pairs
 from uxsim_geo.demand.spreading import _check_size
 from uxsim_geo.demand.timing import in_time
@@ -275,3 +276,17 @@ def test_access_nodes_chosen_by_hand(tmp_path: Path) -> None:
     assert {(line, column) for line, column, _ in told(raised.value)} == {
         *((2, "node"), (3, "zone"), (4, "weight"), (6, "node"))
     }
+
+
+def test_profiles_from_a_file(tmp_path: Path) -> None:
+    text = "class,until_s,share\ntruck,3600,1\n,3600,3\n,900,1\n"
+    found = read_profiles(write(tmp_path, "profile.csv", text))
+    assert found == {"default": ((900.0, 1.0), (3600.0, 3.0)), "truck": ((3600.0, 1.0),)}
+    assert TripsOptions(3600.0, profile=found["default"]).slices()[1].share == 0.75
+    plain = write(tmp_path, "plain.csv", "until,weight\n1800,2\n")
+    assert read_profiles(plain) == {"default": ((1800.0, 2.0),)}
+    with pytest.raises(InputError) as raised:
+        read_profiles(write(tmp_path, "bad.csv", "until_s,share\nnoon,1\n3600,\n"))
+    assert told(raised.value) == [(2, "until_s", "noon"), (3, "share", "")]
+    with pytest.raises(InputError, match=r"lacks the column share \(columns here: until_s\)"):
+        read_profiles(write(tmp_path, "bad.csv", "until_s\n1\n"))

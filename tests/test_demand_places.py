@@ -144,7 +144,7 @@ def test_faults_of_zones_all_at_once(road: Network) -> None:
         access_of_zones(table, road, AccessOptions(weights="nobody"))
     message = str(raised.value)
     for what in (
-        "no reference system",
+        "column crs: must be stated: that of the network is EPSG:25832",
         "row 1: the zone stands in an earlier row",
         "row 2: needs a name",
         "row 2: has no geometry",
@@ -156,6 +156,12 @@ def test_faults_of_zones_all_at_once(road: Network) -> None:
         access_of_zones(zones({"1": box(0, 0, 1, 1)}), mapped(LINKS, PLACES, None))
     with pytest.raises(InputError, match="no geometry"):
         access_of_zones(zones({"1": box(0, 0, 1, 1)}), network(LINKS))
+
+
+def test_zones_on_a_network_without_any_system() -> None:
+    plain = mapped(LINKS, {node: (x - E, y - N) for node, (x, y) in PLACES.items()}, None)
+    of = access_of_zones(zones({"1": box(900, -9, 2100, 9)}, None), plain)
+    assert values(of.origins) == [["1", "b", 0.5], ["1", "c", 0.5]]
 
 
 def test_zones_from_files(tmp_path: Path) -> None:

@@ -60,8 +60,9 @@ class Impedance:
     def of(self, seconds: Floats) -> Floats:
         """The impedance of travel times, 0 where they are NaN."""
         minutes = np.maximum(seconds, self.least_s) / MINUTE
-        values = minutes**-self.exponent * np.exp(-self.decay_per_min * minutes)
-        return np.asarray(np.nan_to_num(values), np.float64)
+        with np.errstate(over="ignore", under="ignore"):
+            values = minutes**-self.exponent * np.exp(-self.decay_per_min * minutes)
+        return np.asarray(np.where(np.isnan(seconds), 0.0, values), np.float64)
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,12 @@ def gravity(
     options = options or GravityOptions()
     production, attraction = _in_order(ends, times)
     seconds = _with_intrazonal(times.seconds, options)
-    seed = production[:, None] * attraction[None, :] * impedance.of(seconds)
+    with np.errstate(invalid="ignore", over="ignore"):
+        seed = production[:, None] * attraction[None, :] * impedance.of(seconds)
+    faults = Faults("impedance")
+    if not np.isfinite(seed).all():
+        faults.add("is too large for numbers at some times: raise least_s, or lower the exponent")
+    faults.raise_if_any()
     origin, destination = np.nonzero(seed)
     places = Ends(times.zones, origin.astype(np.int64), destination.astype(np.int64))
     fitted = _fit(seed[origin, destination], places, (production, attraction), options)

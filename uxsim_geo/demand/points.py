@@ -126,7 +126,8 @@ def plane_of(network: Network, crs: Any, faults: Faults) -> Plane | None:
     elif str(crs).strip().lower() == "none":
         if own is None:
             return Plane(None, None)
-        faults.add(f"must be stated: that of the network is {own}", column="crs", value=crs)
+        name = own.to_string()
+        faults.add(f"must be stated: that of the network is {name}", column="crs", value=crs)
     elif own is None:
         what = "the network has no reference system, so points in one cannot be placed on it"
         faults.add(what, column="crs", value=crs)

@@ -62,7 +62,7 @@ def _read_csv(path: Path, faults: Faults, *, numbers: bool) -> pd.DataFrame | No
     delimiter = next((sign for sign in lines[first] if sign in DELIMITERS), ",")
     reader = csv.reader([lines[first]], delimiter=delimiter, skipinitialspace=True)
     names = [name.strip() for name in next(reader)]
-    for name in {name for name in names if names.count(name) > 1}:
+    for name in sorted({name for name in names if names.count(name) > 1}):
         faults.add("two columns have this name", line=first + 1, column=name)
     if faults.found:
         return None

@@ -57,8 +57,8 @@ def read_zones(path: Path, zone_column: str = "zone", *, layer: str | None = Non
     """Read zones from a file of areas or points (GeoPackage, GeoJSON, shapefile, GeoParquet).
 
     Returns a GeoDataFrame with the column ``zone`` (text), all other columns and the geometry.
-    Raises :class:`uxsim_geo.errors.InputError` with every fault: no such file or column, no
-    reference system, zones without name or geometry, or named twice, geometry of another kind.
+    Raises :class:`uxsim_geo.errors.InputError` with every fault: no such file or column, zones
+    without name or geometry, or named twice, geometry of another kind.
     """
     import geopandas
     from pyogrio.errors import DataSourceError
@@ -91,11 +91,9 @@ def read_zones(path: Path, zone_column: str = "zone", *, layer: str | None = Non
 
 
 def check_zones(zones: Any, faults: Faults) -> None:
-    """Add every fault of a table of zones: names, geometry, reference system."""
+    """Add every fault of a table of zones: names and geometry."""
     import shapely
 
-    if zones.crs is None:
-        faults.add("the zones have no reference system: set one, with set_crs or in the file")
     add_of_rows(faults, zones, lacking(zones["zone"]), "zone", "needs a name")
     again = (zones["zone"].duplicated() & ~lacking(zones["zone"])).to_numpy(bool)
     add_of_rows(faults, zones, again, "zone", "the zone stands in an earlier row too")
@@ -109,18 +107,19 @@ def check_zones(zones: Any, faults: Faults) -> None:
 def access_of_zones(zones: Any, network: Network, options: AccessOptions | None = None) -> Access:
     """The nodes that serve each zone, with their shares of its trips.
 
-    ``zones``: a GeoDataFrame with the column zone, in any reference system. Nodes inside the area
+    ``zones``: a GeoDataFrame with the column zone, in any reference system (in none if the network
+    has none: then coordinates are taken as metres). Nodes inside the area
     serve it (on a common border both), of which those at which trips can start (end), with a link
     that leaves (enters); a zone without any takes the nearest. Invalid areas are repaired. Notes
     tell of what was repaired, of zones that took nodes from outside, and of zones without a node.
 
-    Raises :class:`uxsim_geo.errors.InputError` with every fault of the zones, for a network
-    without geometry or reference system, and for weights that it does not have.
+    Raises :class:`uxsim_geo.errors.InputError` with every fault of the zones, for reference systems
+    of which only one is known, a network without geometry, and weights that it does not have.
     """
     options = options or AccessOptions()
     faults, notes = Faults("zones"), Notes()
     check_zones(zones, faults)
-    plane = plane_of(network, zones.crs, faults) if zones.crs is not None else None
+    plane = plane_of(network, "none" if zones.crs is None else zones.crs, faults)
     weights = {end: _weights(network, end, options, faults) for end in ENDS}
     faults.raise_if_any()
     assert plane is not None, "else there was a fault"
