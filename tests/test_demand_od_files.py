@@ -94,7 +94,11 @@ def test_a_column_for_each_class(tmp_path: Path) -> None:
         ["a", "b", "truck", 1.0],
         ["b", "a", "default", 5.0],
     ]
-    assert od.notes.set_index("topic")["value"]["columns"] == "note"
+    notes = od.notes.set_index("topic")["value"]
+    assert notes["columns passed over"] == "note"
+    assert notes["columns"] == (
+        "origin: from_zone, destination: to, vehicles of default: car, vehicles of truck: hgv"
+    )
 
 
 def test_every_fault_with_its_line_column_and_value(tmp_path: Path) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from od_files import mapped, values, write
-from small_networks import link, network
+from small_networks import grid, link, network
+from test_demand_loading import access
 from test_demand_places import LINKS, PLACES, E, N
 
 from uxsim_geo.demand.check import check_demand
@@ -16,6 +17,7 @@ from uxsim_geo.demand.od_loading import load_od
 from uxsim_geo.demand.platoons import make_platoons
 from uxsim_geo.demand.points import Points
 from uxsim_geo.demand.trip_list import TripListOptions, read_trip_list
+from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.errors import InputError
 from uxsim_geo.settings import Settings
 
@@ -155,3 +157,26 @@ def test_points_like_those_of_trackers(tmp_path: Path) -> None:
     assert values(loaded.dropped, "reason", "origin", "vehicles") == [
         ["no access node", "500000 5504000", 1.0]
     ]
+
+
+def test_trips_between_zones_of_several_nodes_are_all_simulated(tmp_path: Path) -> None:
+    """As shares in the table, as whole vehicles in the run, at the moments of the list."""
+    of = network(grid(4))
+    shares = access(
+        *(("west", f"{row},0", weight) for row, weight in enumerate((1.0, 2.0, 3.0, 2.0))),
+        *(("east", f"{row},3", 1.0) for row in range(4)),
+    )
+    moments = np.repeat([100.0, 700.0], 40)
+    rows = "".join(f"west,east,{moment}\n" for moment in moments)
+    path = write(tmp_path, "trips.csv", "origin,destination,depart_s\n" + rows)
+    loaded = load_od(read_trip_list(path), of, shares)
+    assert len(loaded.demand.table) == 2 * 16
+    result = simulate(of, loaded.demand, Settings(2000.0, 1))
+    trips = result.trips
+    assert trips["vehicles"].sum() == 80
+    assert (trips["status"] == "completed").all()
+    by_node = trips.groupby("origin", observed=True)["vehicles"].sum()
+    for row, share in enumerate((10, 20, 30, 20)):
+        assert abs(by_node[f"{row},0"] - share) <= 1
+    assert set(trips["depart_s"]) == {100.0, 700.0}
+    assert abs((trips["depart_s"] == 100.0).sum() - 40) <= 16  # pairs round on their own

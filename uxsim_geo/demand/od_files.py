@@ -29,7 +29,7 @@ from uxsim_geo.network.notes import Notes
 NAMES: dict[str, tuple[str, ...]] = {
     "origin": ("origin", "orig", "o", "from", "origin_zone", "o_zone_id", "orig_taz"),
     "destination": ("destination", "dest", "d", "to", "destination_zone", "d_zone_id", "dest_taz"),
-    "vehicles": ("vehicles", "trips", "volume", "demand", "flow", "total", "ton", "count"),
+    "vehicles": ("vehicles", "trips", "volume", "demand", "total", "ton", "count"),
     "start_s": ("start_s", "start_t", "start"),
     "end_s": ("end_s", "end_t", "end"),
     CLASS: (CLASS, "driver_class", "vehicle_class"),
@@ -89,7 +89,7 @@ def read_od(
     found = _places(table, columns, faults, points=points is not None)
     faults.raise_if_any()
     rows = _values(table, found, columns, faults)
-    _note_unused(table, {*found.values(), *columns.classes}, notes)
+    _note_columns(table, found, columns, notes)
     return od_of_rows(rows, faults, notes, points)
 
 
@@ -102,13 +102,9 @@ def od_of_rows(rows: pd.DataFrame, faults: Faults, notes: Notes, points: Points 
     faults.raise_if_any()
     if points is not None:
         rows, access = points_to_nodes(rows, points)
-    notes.add(
-        "vehicles in file",
-        "sum over all rows",
-        element="demand",
-        value=repr(float(rows["vehicles"].sum())),
-    )
     table = ordered(rows[rows["vehicles"] > 0], notes)
+    total = repr(float(table["vehicles"].sum()))
+    notes.add("vehicles in file", "sum over all rows", element="demand", value=total)
     return OdTable(table, faults.source, notes.table(), access)
 
 
@@ -156,11 +152,17 @@ def _values(
     return pd.concat(parts)
 
 
-def _note_unused(table: pd.DataFrame, used: set[str], notes: Notes) -> None:
-    unused = [str(name) for name in table.columns if name not in used]
+def _note_columns(
+    table: pd.DataFrame, found: dict[str, str], columns: OdColumns, notes: Notes
+) -> None:
+    """Tell which column was taken for what, and which were passed over."""
+    taken = {**found, **{f"vehicles of {kind}": name for name, kind in columns.classes.items()}}
+    told = ", ".join(f"{what}: {column}" for what, column in taken.items())
+    notes.add("columns", "columns of the file and what they hold", element="demand", value=told)
+    unused = [str(name) for name in table.columns if name not in taken.values()]
     if unused:
-        note = "columns of the file that were passed over"
-        notes.add("columns", note, element="demand", value=", ".join(unused))
+        note, value = "columns of the file that were passed over", ", ".join(unused)
+        notes.add("columns passed over", note, element="demand", value=value)
 
 
 def read_od_matrix(path: Path) -> OdTable:

@@ -108,10 +108,10 @@ def access_of_zones(zones: Any, network: Network, options: AccessOptions | None 
     """The nodes that serve each zone, with their shares of its trips.
 
     ``zones``: a GeoDataFrame with the column zone, in any reference system (in none if the network
-    has none: then coordinates are taken as metres). Nodes inside the area
-    serve it (on a common border both), of which those at which trips can start (end), with a link
-    that leaves (enters); a zone without any takes the nearest. Invalid areas are repaired. Notes
-    tell of what was repaired, of zones that took nodes from outside, and of zones without a node.
+    has none: then coordinates are taken as metres). Nodes inside an area serve it (on a common
+    border both areas), those at which trips can start (end), with a link that leaves (enters); a
+    zone without any takes the nearest. Invalid areas are repaired. Notes tell of what was
+    repaired, of zones that took nodes from outside, and of zones without a node.
 
     Raises :class:`uxsim_geo.errors.InputError` with every fault of the zones, for reference systems
     of which only one is known, a network without geometry, and weights that it does not have.
