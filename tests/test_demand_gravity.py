@@ -102,8 +102,23 @@ def test_zones_that_reach_nothing_are_told() -> None:
         "out: reaches no zone that draws vehicles; in: no zone that sends vehicles reaches it"
     )
     assert report["out"].tolist() == pytest.approx([30.0, 20.0, 0.0], rel=1e-5)
+    assert report["in"].tolist() == pytest.approx([20.0, 30.0, 0.0], rel=1e-5)
+    # attractions were 55/57 of those given, for all productions, and then 50/50 of zone 1 and 2
+    assert report.loc["1", "why"] == "in: multiplied to 20, since others were lost"
     (lost,) = model.od.notes.query("severity == 'warning'")["value"]
     assert float(lost) == 5.0
+
+
+def test_totals_that_no_table_has_are_told() -> None:
+    # nobody may stay in zone 1, and the others draw less than it sends
+    model = gravity(
+        ends(("1", 80, 80), ("2", 10, 10), ("3", 10, 10)),
+        times(np.full((3, 3), 60.0).tolist()),
+        Impedance(),
+    )
+    assert model.figures["worst_deviation"] > 0.1
+    assert model.od.notes["note"].str.startswith("NOT balanced").any()
+    assert not gravity(ENDS, TIMES, Impedance()).od.notes["note"].str.startswith("NOT").any()
 
 
 def test_times_are_shortest_paths_between_access_nodes() -> None:

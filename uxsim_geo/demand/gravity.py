@@ -19,7 +19,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.demand.free_flow import ZoneTimes
-from uxsim_geo.demand.furness import BalanceOptions, Fitted, fit_totals
+from uxsim_geo.demand.furness import EQUAL, BalanceOptions, Fitted, fit_totals
 from uxsim_geo.demand.od_table import Ends, OdTable, add_of_rows, natural_order
 from uxsim_geo.demand.trip_ends import amounts
 from uxsim_geo.errors import Faults
@@ -147,6 +147,7 @@ def gravity(
     figures = _figures(places, fitted, seconds)
     notes = Notes()
     _note(report, figures, impedance, notes)
+    _note_unbalanced(figures, options, notes)
     od = OdTable(table[table["vehicles"] > 0], "gravity model", notes.table())
     return Gravity(od, report, figures)
 
@@ -166,26 +167,27 @@ def _in_order(ends: pd.DataFrame, times: ZoneTimes) -> tuple[Floats, Floats]:
     production, attraction = (
         found[name].to_numpy(np.float64) for name in ("production", "attraction")
     )
-    return production, attraction
+    drawn = float(attraction.sum())
+    return production, attraction * (float(production.sum()) / drawn) if drawn > 0 else attraction
 
 
 def _with_intrazonal(seconds: Floats, options: GravityOptions) -> Floats:
-    """The times with those within a zone, if there are to be any."""
-    if options.intrazonal == "none":
-        return seconds
-    nearest = np.min(np.where(np.isfinite(seconds), seconds, np.inf), axis=1, initial=np.inf)
-    filled = seconds.copy()
-    np.fill_diagonal(filled, np.where(np.isfinite(nearest), nearest / 2, np.nan))
-    return filled
+    """The times with those within a zone, NaN if there are to be no such trips."""
+    times = seconds.copy()
+    np.fill_diagonal(times, np.nan)
+    if options.intrazonal == "half nearest":
+        reached = np.where(np.isfinite(times), times, np.inf)
+        nearest = np.min(reached, axis=1, initial=np.inf)
+        np.fill_diagonal(times, np.where(np.isfinite(nearest), nearest / 2, np.nan))
+    return times
 
 
 def _fit(
     seed: Floats, places: Ends, totals: tuple[Floats, Floats], options: GravityOptions
 ) -> Fitted:
     production, attraction = totals
-    goal = attraction * (production.sum() / max(float(attraction.sum()), 1e-300))
     if options.constraint == "double":
-        return fit_totals(seed, places, (production, goal), options.balance)
+        return fit_totals(seed, places, totals, options.balance)
     sums = np.bincount(places.origin, seed, minlength=len(production))
     factor = np.divide(production, sums, out=np.zeros(len(production)), where=sums > 0)
     vehicles = seed * factor[places.origin]
@@ -203,6 +205,10 @@ def _report(
     if options.constraint == "double":
         for place in np.flatnonzero((attraction > 0) & (into == 0)).tolist():
             why[place].append("in: no zone that sends vehicles reaches it")
+    for end, goal, total in zip(("out", "in"), fitted.wanted, totals, strict=True):
+        scaled = (goal > 0) & ~np.isclose(goal, total, EQUAL, 0)
+        for place in np.flatnonzero(scaled).tolist():
+            why[place].append(f"{end}: multiplied to {goal[place]:.6g}, since others were lost")
     return pd.DataFrame(
         {
             "zone": places.names,
@@ -234,7 +240,18 @@ def _note(
     note = f"f(t) = t^-{impedance.exponent:g} exp(-{impedance.decay_per_min:g} t), t in min"
     told = f"{note}; vehicles, mean free-flow time {figures['mean_time_s']:.6g} s"
     notes.add("gravity model", told, element="demand", value=repr(figures["vehicles"]))
-    lost = float((report["production"] - report["out"])[report["why"].str.contains("out:")].sum())
+    nowhere = (report["production"] > 0) & (report["out"] == 0)
+    lost = float(report.loc[nowhere, "production"].sum())
     if lost > 0:
         note = "vehicles of zones that reach no zone which draws any could not be placed"
         notes.add("gravity model", note, element="demand", severity="warning", value=repr(lost))
+
+
+def _note_unbalanced(figures: dict[str, float], options: GravityOptions, notes: Notes) -> None:
+    if figures["worst_deviation"] > options.balance.tolerance:
+        note = (
+            "NOT balanced: no table has these totals, such as where a zone sends more than all "
+            "others draw and nobody may stay in it; greatest part off"
+        )
+        value = f"{figures['worst_deviation']:.3g}"
+        notes.add("gravity model", note, element="demand", severity="warning", value=value)
