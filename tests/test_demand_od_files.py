@@ -227,6 +227,8 @@ def test_lines_of_a_matrix_and_cells_that_are_no_number(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r":3, column 1: must be a") as raised:
             read_od_matrix(path)
         assert len(raised.value.faults) == 1
+    with pytest.raises(InputError, match="has one column only"):
+        read_od_matrix(write(tmp_path, "matrix.csv", "zone\n1\n"))
     for text in ("zone,1,2\n1,0\n2,1,0\n", "zone,1,2\n1,0,1,5\n2,1,0\n"):
         with pytest.raises(InputError, match=r":2: has . values, line 1 names 3 columns"):
             read_od_matrix(write(tmp_path, "matrix.csv", text))
@@ -262,3 +264,22 @@ def test_long_form_and_matrix_agree_on_random_tables(tmp_path: Path) -> None:
         second = read_od_matrix(write(tmp_path, "square.csv", square)).table
         assert values(first) == values(second)
         assert len(first) == sum(value > 0 for value in cells.values())
+
+
+def test_damaged_parquet_is_told_or_read(tmp_path: Path) -> None:
+    """Whatever byte is wrong: a table, or an InputError, and nothing else."""
+    table = pd.DataFrame({"origin": ["a", "b"], "destination": ["b", "a"], "vehicles": [1.0, 2.0]})
+    table.to_parquet(tmp_path / "od.parquet")
+    whole = (tmp_path / "od.parquet").read_bytes()
+    generator = random.Random(3)
+    refused = 0
+    for _ in range(150):
+        damaged = bytearray(whole)
+        for _ in range(3):
+            damaged[generator.randrange(len(damaged))] = generator.randrange(256)
+        (tmp_path / "bad.parquet").write_bytes(bytes(damaged))
+        try:
+            read_od(tmp_path / "bad.parquet")
+        except InputError:
+            refused += 1
+    assert refused > 50

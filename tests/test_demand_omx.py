@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import sys
 from pathlib import Path
 
@@ -171,3 +172,20 @@ def test_without_h5py_the_message_names_it(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(InputError, match=r'pip install "uxsim-geo\[omx\]"'):
         read_omx(path)
+
+
+def test_a_damaged_file_is_told_or_read(tmp_path: Path) -> None:
+    """Whatever byte is wrong: a table, or an InputError, and nothing else."""
+    whole = omx(tmp_path / "od.omx", {"car": CAR}, {"zone": ZONES}).read_bytes()
+    generator = random.Random(3)
+    refused = 0
+    for _ in range(300):
+        damaged = bytearray(whole)
+        for _ in range(20):
+            damaged[generator.randrange(len(damaged))] = generator.randrange(256)
+        (tmp_path / "bad.omx").write_bytes(bytes(damaged))
+        try:
+            read_omx(tmp_path / "bad.omx")
+        except InputError:
+            refused += 1
+    assert refused > 50

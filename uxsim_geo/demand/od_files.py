@@ -177,6 +177,9 @@ def read_od_matrix(path: Path) -> OdTable:
     table = read_table_file(path, faults, numbers=True)
     faults.raise_if_any()
     assert table is not None, "else there was a fault"
+    if len(table.columns) < 2:
+        faults.add("has one column only: a matrix has origins and a column for each destination")
+    faults.raise_if_any()
     origins = ids_of(table, str(table.columns[0]), faults)
     destinations = np.array([str(name) for name in table.columns[1:]], object)
     _add_side_faults(origins, destinations, faults)

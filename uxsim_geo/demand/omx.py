@@ -99,7 +99,8 @@ def _read(
             return _read_open(file, cores, lookup, told)
     except FileNotFoundError:
         faults.add("there is no such file")
-    except OSError as error:
+    except (OSError, KeyError, RuntimeError, ValueError) as error:
+        # what HDF5 raises depends on the place of the damage
         faults.add(f"is no OMX file (HDF5), or damaged: {error}")
     return []
 

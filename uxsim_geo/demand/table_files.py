@@ -41,11 +41,12 @@ def _read_parquet(path: Path, faults: Faults) -> pd.DataFrame | None:
     import pyarrow.parquet as pq
 
     try:
-        table = pq.ParquetFile(path).read().to_pandas(ignore_metadata=True)
+        # what pandas adds to the schema is not needed, and may be damaged
+        table = pq.ParquetFile(path).read().replace_schema_metadata(None).to_pandas()
     except FileNotFoundError:
         faults.add("there is no such file")
         return None
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, ValueError, pa.ArrowException) as error:
         faults.add(f"is not a Parquet table: {error}")
         return None
     table.columns = [str(name) for name in table.columns]
