@@ -169,7 +169,7 @@ def test_zones_from_files(tmp_path: Path) -> None:
     table = table.assign(zone=table["zone"].astype(int)).rename(columns={"zone": "no"})
     for name in ("zones.gpkg", "zones.geojson"):
         table.to_file(tmp_path / name)
-    table.to_parquet(tmp_path / "zones.parquet")
+    table.rename_geometry("geom").to_parquet(tmp_path / "zones.parquet")
     for name in ("zones.gpkg", "zones.geojson", "zones.parquet"):
         found = read_zones(tmp_path / name, "no")
         assert found["zone"].tolist() == ["1", "2"]

@@ -85,26 +85,17 @@ def _cells(demand: Demand) -> tuple[Integers, int]:
 def _cells_of_trips(result: Result, network: Network, demand: Demand, cell: Integers) -> Integers:
     """The cell of every trip: the last of its pair and class that began before it departed."""
     trips, table = result.trips, demand.table
-    ids = pd.Index(network.nodes["node_id"].astype(str))
-    ends = [
-        np.concatenate(
-            (ids.get_indexer(pd.Index(table[end].astype(str))), node_rows(result, network, end))
-        )
-        for end in ("origin", "destination")
-    ]
-    classes = np.concatenate((class_of_rows(table), trips["class"].astype(str).to_numpy(object)))
-    group = (
-        pd.DataFrame({"o": ends[0], "d": ends[1], "c": classes}).groupby(["o", "d", "c"]).ngroup()
-    )
-    times = [table[name].to_numpy(float) for name in ("start_s", "end_s")]
+    group = _groups(result, network, demand)
     depart = trips["depart_s"].to_numpy(float)
     is_trip = np.arange(len(group)) >= len(table)
-    until = np.concatenate((times[1], depart))
-    order = np.lexsort((until, is_trip, np.concatenate((times[0], depart)), group))
+    start, end = (
+        np.concatenate((table[name].to_numpy(float), depart)) for name in ("start_s", "end_s")
+    )
+    order = np.lexsort((end, is_trip, start, group))
     # the last row of the demand before each place, if it is of the same group
     last = np.maximum.accumulate(np.where(is_trip[order], -1, np.arange(len(order))))
     own = order[np.maximum(last, 0)]
-    lost = is_trip[order] & ((last < 0) | (group.to_numpy()[own] != group.to_numpy()[order]))
+    lost = is_trip[order] & ((last < 0) | (group[own] != group[order]))
     faults = Faults("trips")
     for trip in (order[lost] - len(table))[:5].tolist():
         what = "is of no row of the demand: was another one simulated?"
@@ -114,3 +105,15 @@ def _cells_of_trips(result: Result, network: Network, demand: Demand, cell: Inte
     found = np.empty(len(trips), np.int64)
     found[order[is_trip[order]] - len(table)] = cell[own[is_trip[order]]]
     return found
+
+
+def _groups(result: Result, network: Network, demand: Demand) -> Integers:
+    """The pair and class of every row of the demand, and then of every trip, as one number."""
+    ids = pd.Index(network.nodes["node_id"].astype(str))
+    keys: dict[str, object] = {}
+    for end in ("origin", "destination"):
+        of_rows = ids.get_indexer(pd.Index(demand.table[end].astype(str)))
+        keys[end] = np.concatenate((of_rows, node_rows(result, network, end)))
+    of_trips = result.trips["class"].astype(str).to_numpy(object)
+    keys["class"] = np.concatenate((class_of_rows(demand.table), of_trips))
+    return pd.DataFrame(keys).groupby(list(keys)).ngroup().to_numpy().astype(np.int64)

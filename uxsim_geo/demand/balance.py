@@ -101,25 +101,13 @@ def balance(od: Od, totals: pd.DataFrame, options: BalanceOptions | None = None)
     that differ with ``keep`` fault.
     """
     options = options or BalanceOptions()
-    faults = Faults(str(totals.attrs.get("source", "totals")))
-    for name in TOTALS:
-        if name not in totals:
-            faults.add(f"lacks the column {name}: it needs {', '.join(TOTALS)}")
-    faults.raise_if_any()
-    totals = totals.astype({"place": "str"})
-    _add_total_faults(totals, faults)
-    ends = _with_places(ends_of(od.table), totals["place"], faults)
-    faults.raise_if_any()
-    asked = [
-        totals.set_index("place")[name].reindex(ends.names).to_numpy(np.float64)
-        for name in TOTALS[1:]
-    ]
-    notes = Notes()
-    wanted = equal_sums((asked[0], asked[1]), options, faults, notes)
+    faults, notes = Faults(str(totals.attrs.get("source", "totals"))), Notes()
+    ends, asked = _asked(od.table, totals, faults)
+    wanted = equal_sums(asked, options, faults, notes)
     faults.raise_if_any()
     seed = vehicles_of(od.table)
     fitted = fit_totals(seed, ends, wanted, options)
-    report = _report(ends, seed, (asked[0], asked[1]), fitted)
+    report = _report(ends, seed, asked, fitted)
     converged = fitted.worst[-1] <= options.tolerance
     _note_fit(fitted, report, notes, converged=converged)
     table = od.table.assign(vehicles=fitted.vehicles)
@@ -130,6 +118,23 @@ def balance(od: Od, totals: pd.DataFrame, options: BalanceOptions | None = None)
     steps = pd.DataFrame({"worst_deviation": fitted.worst})
     steps.insert(0, "iteration", np.arange(1, len(steps) + 1))
     return Balanced(new, report, steps, converged)
+
+
+def _asked(
+    table: pd.DataFrame, totals: pd.DataFrame, faults: Faults
+) -> tuple[Ends, tuple[Floats, Floats]]:
+    """The ends among all places, and the totals out and in of each; raises if there are faults."""
+    for name in TOTALS:
+        if name not in totals:
+            faults.add(f"lacks the column {name}: it needs {', '.join(TOTALS)}")
+    faults.raise_if_any()
+    totals = totals.astype({"place": "str"})
+    _add_total_faults(totals, faults)
+    ends = _with_places(ends_of(table), totals["place"], faults)
+    faults.raise_if_any()
+    found = totals.set_index("place").reindex(ends.names)
+    out, into = (found[name].to_numpy(np.float64) for name in TOTALS[1:])
+    return ends, (out, into)
 
 
 def _with_places(ends: Ends, places: pd.Series[str], faults: Faults) -> Ends:

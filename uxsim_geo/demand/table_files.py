@@ -85,36 +85,35 @@ def _rows(
     import pyarrow as pa
 
     names = form[1]
-    damaged: list[int] = []
-
-    def damage(row: Any) -> str:
-        line = row.number + first + 1
-        damaged.append(line)
-        if "\n" in row.text:
-            what = "a quotation mark is opened here and not closed"
-        else:
-            what = f"has {row.actual_columns} values, line {first + 1} names {len(names)} columns"
-        faults.add(what, line=line, value=row.text.partition("\n")[0])
-        return "skip"
-
-    while lines and not lines[-1].strip():
+    while not lines[-1].strip():
         lines.pop()
     if len(lines) == first + 1:
         return pd.DataFrame(dict.fromkeys(names, pd.Series(dtype="str")))
+    damaged: list[Any] = []
     try:
-        table = _parsed(lines[first + 1 :], form, dict.fromkeys(names, pa.string()), damage)
+        table = _parsed(lines[first + 1 :], form, dict.fromkeys(names, pa.string()), damaged)
     except pa.ArrowException as error:
         faults.add(f"is no table of values between signs: {error}")
         return None
-    line = np.arange(first + 2, len(lines) + 1)
-    line = line[~np.isin(line, damaged)]
-    if not faults.found and len(line) != table.num_rows:
+    _add_damaged_rows(damaged, first, len(names), faults)
+    if not faults.found and table.num_rows != len(lines) - first - 1:
         faults.add("a value in quotation marks runs over the end of its line: is one not closed?")
     if faults.found:
         return None
     trimmed = {name: pa.compute.utf8_trim_whitespace(table.column(name)) for name in names}
     found: pd.DataFrame = pa.table(trimmed).to_pandas()
-    return found.set_index(pd.Index(line, name="line"))
+    return found.set_index(pd.RangeIndex(first + 2, len(lines) + 1, name="line"))
+
+
+def _add_damaged_rows(damaged: list[Any], first: int, columns: int, faults: Faults) -> None:
+    """Rows with another number of values than there are columns."""
+    for row in damaged:
+        if "\n" in row.text:
+            what = "a quotation mark is opened here and not closed"
+        else:
+            what = f"has {row.actual_columns} values, line {first + 1} names {columns} columns"
+        line, value = row.number + first + 1, row.text.partition("\n")[0]
+        faults.add(what, line=line, value=value)
 
 
 def _numbers(lines: list[str], first: int, form: tuple[str, list[str]]) -> pd.DataFrame | None:
@@ -125,7 +124,8 @@ def _numbers(lines: list[str], first: int, form: tuple[str, list[str]]) -> pd.Da
     types = {name: pa.float64() if place else pa.string() for place, name in enumerate(names)}
     body = lines[first + 1 :]
     try:
-        table = _parsed(body, form, types, lambda _: "error")
+        damaged: list[Any] = []
+        table = _parsed(body, form, types, damaged)
     except pa.ArrowException:
         return None
     while body and not body[-1]:
@@ -133,7 +133,7 @@ def _numbers(lines: list[str], first: int, form: tuple[str, list[str]]) -> pd.Da
     is_nan = any(
         pa.compute.any(pa.compute.is_nan(table.column(name))).as_py() for name in names[1:]
     )
-    if is_nan or table.num_rows != len(body):
+    if damaged or is_nan or table.num_rows != len(body):
         return None
     line = pd.RangeIndex(first + 2, first + 2 + len(body), name="line")
     found: pd.DataFrame = table.to_pandas()
@@ -142,10 +142,14 @@ def _numbers(lines: list[str], first: int, form: tuple[str, list[str]]) -> pd.Da
 
 
 def _parsed(
-    lines: list[str], form: tuple[str, list[str]], types: dict[str, Any], damage: Any
+    lines: list[str], form: tuple[str, list[str]], types: dict[str, Any], damaged: list[Any]
 ) -> Any:
-    """Lines by the fast reader of Arrow; ``damage`` is called for rows of another length."""
+    """Lines by the fast reader of Arrow; rows of another length go into ``damaged``."""
     from pyarrow import csv as arrow_csv
+
+    def put_aside(row: Any) -> str:
+        damaged.append(row)
+        return "skip"
 
     delimiter, names = form
     data = "\n".join(lines).encode()
@@ -155,7 +159,7 @@ def _parsed(
             use_threads=False, column_names=names, block_size=len(data) + 1
         ),
         parse_options=arrow_csv.ParseOptions(
-            delimiter=delimiter, ignore_empty_lines=False, invalid_row_handler=damage
+            delimiter=delimiter, ignore_empty_lines=False, invalid_row_handler=put_aside
         ),
         convert_options=arrow_csv.ConvertOptions(
             column_types=types, strings_can_be_null=False, null_values=[""]

@@ -60,23 +60,10 @@ def read_zones(path: Path, zone_column: str = "zone", *, layer: str | None = Non
     Raises :class:`uxsim_geo.errors.InputError` with every fault: no such file or column, zones
     without name or geometry, or named twice, geometry of another kind.
     """
-    import geopandas
-    from pyogrio.errors import DataSourceError
-
     faults = Faults(str(path))
-    table = None
-    try:
-        if not path.exists():
-            faults.add("there is no such file")
-        elif path.suffix.lower() in PARQUET:
-            table = geopandas.read_parquet(path)
-        else:
-            table = geopandas.read_file(path, layer=layer)
-    except (DataSourceError, OSError, ValueError) as error:
-        faults.add(f"cannot be read as a layer of zones: {error}")
+    table = _read_layer(path, layer, faults)
     faults.raise_if_any()
-    assert table is not None, "else there was a fault"
-    if not isinstance(table, geopandas.GeoDataFrame):
+    if "geometry" not in table:
         faults.add("has no geometry: zones are areas or points")
     elif zone_column not in table:
         there = ", ".join(str(name) for name in table.columns)
@@ -87,6 +74,27 @@ def read_zones(path: Path, zone_column: str = "zone", *, layer: str | None = Non
     table = table.drop(columns=zone_column).assign(zone=zones)
     check_zones(table, faults)
     faults.raise_if_any()
+    return table
+
+
+def _read_layer(path: Path, layer: str | None, faults: Faults) -> Any:
+    """A layer of a file as a table; a fault, and None, where there is none."""
+    import geopandas
+    from pyogrio.errors import DataSourceError
+
+    if not path.exists():
+        faults.add("there is no such file")
+        return None
+    try:
+        if path.suffix.lower() in PARQUET:
+            table = geopandas.read_parquet(path)
+        else:
+            table = geopandas.read_file(path, layer=layer)
+    except (DataSourceError, OSError, ValueError) as error:
+        faults.add(f"cannot be read as a layer of zones: {error}")
+        return None
+    if isinstance(table, geopandas.GeoDataFrame) and table.geometry.name != "geometry":
+        table = table.rename_geometry("geometry")
     return table
 
 
