@@ -103,8 +103,8 @@ def test_zones_may_be_points_and_in_another_system(road: Network) -> None:
     assert of.origins["node"].tolist() == ["b"]
 
 
-def test_a_network_in_degrees_or_feet_is_measured_in_metres() -> None:
-    for crs in ("EPSG:4326", "EPSG:2231"):
+def test_a_network_in_degrees_feet_or_web_metres_is_measured_in_metres() -> None:
+    for crs in ("EPSG:4326", "EPSG:2231", "EPSG:3857"):
         to_own = Transformer.from_crs("EPSG:32613", crs, always_xy=True)
         places = {node: to_own.transform(x, 4_400_000.0 + y - N) for node, (x, y) in PLACES.items()}
         of = mapped(LINKS, places, crs)

@@ -52,9 +52,9 @@ def link_shares(result: Result, network: Network, demand: Demand, counts: pd.Dat
         own = slice(first[row], first[row + 1])
         begin, end = np.searchsorted(moments[own], interval)
         vehicle = driver[own][begin:end]
-        seen = np.bincount(trip_cell[vehicle], vehicles[vehicle], minlength=cells)
-        some = np.flatnonzero(seen)
-        parts.append((np.full(len(some), number), some, seen[some] / made[some]))
+        some, place = np.unique(trip_cell[vehicle], return_inverse=True)
+        seen = np.bincount(place, vehicles[vehicle], minlength=len(some))
+        parts.append((np.full(len(some), number), some, seen / made[some]))
     rows, columns, values = (np.concatenate(part) for part in zip(*parts, strict=True))
     by_cell = csr_array(coo_array((values, (rows, columns)), shape=(len(counts), cells)))
     return csr_array(by_cell[:, cell])

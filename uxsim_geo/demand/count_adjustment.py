@@ -55,7 +55,7 @@ class AdjustOptions:
     seed_weight: float = 0.1
     most_change: float = 10.0
     iterations: int = 100
-    tolerance: float = 1e-6
+    tolerance: float = 1e-5
 
     def __post_init__(self) -> None:
         faults = Faults("options of the adjustment")

@@ -141,9 +141,16 @@ def plane_of(network: Network, crs: Any, faults: Faults) -> Plane | None:
 
 
 def metric_crs(network: Network) -> Any:
-    """A system in metres for the network: its own if it is one; None if it has none."""
+    """A system in metres for the network: its own if it is one; None if it has none.
+
+    That of maps on the web is none: its metres shrink with the latitude, to two thirds at 48°.
+    """
     own = getattr(network.nodes, "crs", None)
-    if own is None or (own.is_projected and own.axis_info[0].unit_name == "metre"):
+    if own is None:
+        return None
+    method = own.coordinate_operation.method_name if own.is_projected else ""
+    stretched = "Mercator" in method and "Transverse" not in method
+    if own.is_projected and own.axis_info[0].unit_name == "metre" and not stretched:
         return own
     return network.nodes.estimate_utm_crs()  # type: ignore[operator]  # a GeoDataFrame
 
