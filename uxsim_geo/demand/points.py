@@ -114,7 +114,7 @@ def points_to_nodes(rows: pd.DataFrame, points: Points) -> tuple[pd.DataFrame, A
 def plane_of(network: Network, crs: Any, faults: Faults) -> Plane | None:
     """How coordinates of ``crs`` become metres for this network; None, with a fault, if not at all.
 
-    In a system in degrees or in feet, the plane is that of the UTM zone of the network.
+    Where the network's own system is not in metres, the plane is that of its UTM zone.
     """
     from pyproj import CRS
     from pyproj.exceptions import CRSError
@@ -148,7 +148,8 @@ def metric_crs(network: Network) -> Any:
     own = getattr(network.nodes, "crs", None)
     if own is None:
         return None
-    method = own.coordinate_operation.method_name if own.is_projected else ""
+    operation = own.coordinate_operation  # None in systems with heights
+    method = operation.method_name if operation else ""
     stretched = "Mercator" in method and "Transverse" not in method
     if own.is_projected and own.axis_info[0].unit_name == "metre" and not stretched:
         return own
