@@ -12,6 +12,7 @@ import pandas as pd
 
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.demand.loading import zone_nodes, zone_trips_at_nodes
+from uxsim_geo.demand.od_table import OdTable, ordered
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
@@ -46,6 +47,23 @@ class Cells:
         )
         trips = np.array(self.trips, dtype=np.float64)
         return table.assign(trips=trips, line=np.array(self.lines, dtype=np.int64))
+
+
+def read_tntp_od(trips: Path) -> OdTable:
+    """Read a TNTP trips file as a table between zones, trips within a zone included.
+
+    Raises :class:`InputError` with all that is wrong in the file.
+    """
+    faults = Faults(str(trips))
+    notes = Notes()
+    cells, declared = _read_cells(trips, faults)
+    _add_repeated_pair_faults(cells, faults)
+    faults.raise_if_any()
+    _compare_total(float(cells["trips"].sum()), declared, notes, faults)
+    faults.raise_if_any()
+    names = {"origin_zone": "origin", "destination_zone": "destination", "trips": "vehicles"}
+    table = cells[cells["trips"] > 0].rename(columns=names).set_index("line")
+    return OdTable(ordered(table[[*names.values()]]), faults.source, notes.table())
 
 
 def read_tntp_trips(trips: Path, options: TripsOptions, network: Network) -> Demand:
