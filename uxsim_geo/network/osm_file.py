@@ -77,11 +77,11 @@ class OsmFile:
 class _Found:
     """What the passes find: by id, with the version in front, so that the newest of several stays.
 
-    ways: version, nodes, tags; dropped: version, reason; restrictions: version, relation.
+    ways: version, why it is no road (or empty), nodes, tags; restrictions: version, relation;
+    nodes: version, x, y.
     """
 
-    ways: dict[int, tuple[int, array[int], dict[str, str]]] = field(default_factory=dict)
-    dropped: dict[int, tuple[int, str]] = field(default_factory=dict)
+    ways: dict[int, tuple[int, str, array[int], dict[str, str]]] = field(default_factory=dict)
     restrictions: dict[int, tuple[int, Restriction]] = field(default_factory=dict)
     nodes: dict[int, tuple[int, int, int]] = field(default_factory=dict)
     node_tags: dict[int, Tags] = field(default_factory=dict)
@@ -129,21 +129,19 @@ def _read_ways(source: File, reason_to_drop: Callable[[Tags], str | None], found
         if isinstance(element, osmium.osm.Relation):
             _add_restriction(element, found)
         elif "highway" in element.tags:
-            tags = {tag.k: tag.v for tag in element.tags}
-            reason = reason_to_drop(tags)
-            if reason is None:
-                _add_way(element, tags, found)
-            else:
-                found.dropped[element.id] = (element.version, reason)
+            _add_way(element, reason_to_drop, found)
 
 
-def _add_way(element: Way, tags: dict[str, str], found: _Found) -> None:
-    if len(element.nodes) > MOST_NODES:
-        raise ValueError(f"way {element.id} has {len(element.nodes)} nodes, as no road has")
-    way = (element.version, array("q", [node.ref for node in element.nodes]), tags)
+def _add_way(element: Way, reason_to_drop: Callable[[Tags], str | None], found: _Found) -> None:
+    tags = {tag.k: tag.v for tag in element.tags}
+    reason = reason_to_drop(tags) or ""
+    nodes = [] if reason else [node.ref for node in element.nodes]
+    if len(nodes) > MOST_NODES:
+        raise ValueError(f"way {element.id} has {len(nodes)} nodes, as no road has")
+    way = (element.version, reason, array("q", nodes), tags)
     known = found.ways.get(element.id)
-    # a file of histories has a way several times, in any order
-    if known is None or (known[0], list(known[1])) < (way[0], list(way[1])):
+    # files put together from several may have a way twice, in any order
+    if known is None or known[:3] < way[:3]:
         found.ways[element.id] = way
 
 
@@ -165,7 +163,7 @@ def _read_nodes(source: File, found: _Found) -> None:
     """
     import osmium
 
-    wanted = {ref for _, refs, _ in found.ways.values() for ref in refs}
+    wanted = {ref for _, _, refs, _ in found.ways.values() for ref in refs}
     for node in osmium.FileProcessor(source, osmium.osm.NODE):
         if node.id not in wanted:
             continue
@@ -182,19 +180,17 @@ def _read_nodes(source: File, found: _Found) -> None:
 
 
 def _as_arrays(found: _Found) -> OsmFile:
-    way_ids = sorted(found.ways)
-    counts = [len(found.ways[way_id][1]) for way_id in way_ids]
+    way_ids = sorted(way_id for way_id, way in found.ways.items() if not way[1])
+    counts = [len(found.ways[way_id][2]) for way_id in way_ids]
     refs = array("q")
     for way_id in way_ids:
-        refs.extend(found.ways[way_id][1])
+        refs.extend(found.ways[way_id][2])
     node_ids = np.array(sorted(found.nodes), dtype=np.int64)
     places = [found.nodes[node_id] for node_id in node_ids.tolist()]
-    dropped = {
-        way_id: why for way_id, (_, why) in found.dropped.items() if way_id not in found.ways
-    }
+    dropped = {way_id: way[1] for way_id, way in found.ways.items() if way[1]}
     return OsmFile(
         way_ids=np.array(way_ids, dtype=np.int64),
-        way_tags=[found.ways[way_id][2] for way_id in way_ids],
+        way_tags=[found.ways[way_id][3] for way_id in way_ids],
         first=np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]),
         refs=np.array(refs, dtype=np.int64),
         node_ids=node_ids,

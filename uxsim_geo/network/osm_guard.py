@@ -22,6 +22,9 @@ _NAME = re.compile(r".*\.(?:(?:osm|xml)(?P<packed>\.gz|\.bz2)?|(?P<pbf>pbf))", r
 
 ENDINGS = ".osm, .xml (each also with .gz or .bz2 after it) or .pbf"
 
+#: osmium's words in people's
+WORDS = {"xml": "plain XML", "xml.gz": "packed by gzip", "xml.bz2": "packed by bzip2", "pbf": "PBF"}
+
 #: what files begin with
 _GZIP, _BZIP2 = b"\x1f\x8b", b"BZh"
 _PBF_HEADER = b"\x0a\x09OSMHeader"
@@ -39,33 +42,11 @@ _LARGEST_BLOB_HEADER, _LARGEST_BLOB = 65_536, 33_554_432
 
 def checked_format(path: Path, max_unpacked_mb: float | None, faults: Faults) -> str | None:
     """Osmium's name of the file's format, or None with faults that say why it is not read."""
-    named = _NAME.fullmatch(path.name)
-    try:
-        with path.open("rb") as file:
-            start = file.read(32)
-    except FileNotFoundError:
-        faults.add("there is no such file")
+    start = _start(path, faults)
+    written = None if start is None else _format_by_name(path, start, faults)
+    if written is None:
         return None
-    except IsADirectoryError:
-        faults.add("is a folder, a file was expected")
-        return None
-    except (OSError, ValueError) as error:
-        faults.add(f"cannot be read: {error}")
-        return None
-    if not start:
-        faults.add("is empty")
-        return None
-    if named is None:
-        faults.add(f"is not named as an OpenStreetMap file: its name must end in {ENDINGS}")
-        return None
-    written = "pbf" if named["pbf"] else "xml" + (named["packed"] or "").lower()
-    found = _format_of(start)
-    if found != written:
-        is_what = "no OpenStreetMap file" if found is None else f"{found}, whatever its name says"
-        faults.add(f"is {is_what}: its name must end in {ENDINGS} as its content is")
-        return None
-    packed = path.stat().st_size
-    limit = int(max(_LEAST_BYTES, _RATIO * packed))
+    limit = max(_LEAST_BYTES, _RATIO * path.stat().st_size)
     if max_unpacked_mb is not None:
         limit = int(max_unpacked_mb * 1e6)
     check = _check_pbf if written == "pbf" else _check_xml
@@ -73,6 +54,41 @@ def checked_format(path: Path, max_unpacked_mb: float | None, faults: Faults) ->
         check(path, written, limit, faults)
     except (OSError, EOFError, zlib.error, ValueError) as error:
         faults.add(f"cannot be unpacked, it is damaged or cut off: {error}")
+    return None if faults.found else written
+
+
+def _start(path: Path, faults: Faults) -> bytes | None:
+    """The first bytes of the file, or None with a fault."""
+    try:
+        if path.exists() and not path.is_file():
+            faults.add("is a folder or a device, a file was expected")
+            return None
+        with path.open("rb") as file:
+            start = file.read(32)
+    except FileNotFoundError:
+        faults.add("there is no such file")
+        return None
+    except (OSError, ValueError) as error:
+        faults.add(f"cannot be read: {error}")
+        return None
+    if not start:
+        faults.add("is empty")
+    return start or None
+
+
+def _format_by_name(path: Path, start: bytes, faults: Faults) -> str | None:
+    """The format that the name promises, or None with a fault if the content is another."""
+    named = _NAME.fullmatch(path.name)
+    if named is None:
+        faults.add(f"is not named as an OpenStreetMap file: its name must end in {ENDINGS}")
+        return None
+    written = "pbf" if named["pbf"] else "xml" + (named["packed"] or "").lower()
+    found = _format_of(start)
+    if found is None:
+        faults.add("is no OpenStreetMap file, neither XML (also packed) nor PBF")
+    elif found != written:
+        what = f"is {WORDS[found]}, and its name says {WORDS[written]}: name it as it is"
+        faults.add(f"{what} ({ENDINGS})")
     return None if faults.found else written
 
 

@@ -40,6 +40,10 @@ def note_file(file: OsmFile, sections: Sections, options: OsmOptions, notes: Not
         for key in tags
         if key.endswith(":conditional") and key.partition(":")[0] in CONDITIONAL
     )
+    barriers = Counter(tags["barrier"] for tags in file.node_tags.values() if "barrier" in tags)
+    for kind, number in sorted(barriers.items()):
+        note = f"nodes with barrier={kind} on roads: nothing is closed there"
+        notes.add("barriers", note, element="node", value=number)
     for key, number in sorted(conditions.items()):
         notes.add("conditional tag", f"ways with {key}: not applied", element="link", value=number)
 

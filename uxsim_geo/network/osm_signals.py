@@ -3,7 +3,10 @@
 A node with ``highway=traffic_signals`` that has at least three neighbours is a junction and has
 its signal. Any other is taken for a signal on the approach: it controls the next junction in its
 direction (``traffic_signals:direction``; where that says nothing, the nearer one of the
-directions open to traffic), reached along the road within a distance that the options give.
+directions open to traffic), reached along the road within a distance that the options give. One
+that is tagged as a crossing for pedestrians too stands at a junction only if that is nearer
+(:data:`CROSSING_DISTANCE`): farther away it is one in mid-block.
+
 A signal from which no junction is that near, or which is tagged as one for pedestrians or for
 metering a ramp, controls no junction: it is noted and left out, as are crossings with signals.
 """
@@ -22,6 +25,9 @@ from uxsim_geo.network.osm_ways import Ways
 
 #: neighbours from which on a node is a junction
 JUNCTION = 3
+
+#: m: signals of crossings for pedestrians at a junction are within this distance of it
+CROSSING_DISTANCE = 20.0
 
 #: no road has more nodes within the distance at which a signal is looked for
 MOST_STEPS = 1000
@@ -127,6 +133,8 @@ def _junction(row: int, tags: Tags, steps: Steps, neighbours: Rows, distance: fl
         return row
     if OF_NO_JUNCTION.intersection(values(tags.get("traffic_signals", ""))):
         return None
+    if tags.get("crossing", "no") != "no":
+        distance = min(distance, CROSSING_DISTANCE)
     side = tags.get("traffic_signals:direction")
     reached = []
     for to, length, backward in steps.from_node(row):

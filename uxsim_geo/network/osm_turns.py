@@ -70,6 +70,8 @@ def _note(error: RestrictionError, relation: int, counted: Counter[str], notes: 
 
 def _banned(turn: Turn, junctions: Junctions) -> list[Path]:
     """The paths that a restriction bans; all others from its place, if it allows only one."""
+    for way in (*turn.from_ways, *turn.to_ways):
+        junctions.of(way)
     node = None
     if turn.via_node is not None:
         rows, known = rows_of(np.array([turn.via_node]), junctions.file.node_ids)
