@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 #: node references in one way beyond which it is no road (the map itself allows 2,000)
 MOST_NODES = 100_000
 
-#: coordinates are whole multiples of so many degrees
-DEGREE = 1e-7
+#: coordinates are whole numbers of so many parts of a degree
+PER_DEGREE = 1e7
 
 Ids = npt.NDArray[np.int64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from uxsim_geo.network.osm_file import DEGREE, OsmFile
+from uxsim_geo.network.osm_file import PER_DEGREE, OsmFile
 from uxsim_geo.network.osm_links import DirectedLinks
 from uxsim_geo.network.osm_relations import RestrictionError
 from uxsim_geo.network.osm_sections import Rows, Sections
@@ -78,7 +78,7 @@ class Junctions:
         return math.degrees(math.atan2(north - south, across * math.cos(math.radians(south))))
 
     def _place(self, node: int) -> tuple[float, float]:
-        return int(self.file.x[node]) * DEGREE, int(self.file.y[node]) * DEGREE
+        return int(self.file.x[node]) / PER_DEGREE, int(self.file.y[node]) / PER_DEGREE
 
 
 def junctions_of(file: OsmFile, sections: Sections, links: DirectedLinks) -> Junctions:

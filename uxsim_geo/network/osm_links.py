@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS
-from uxsim_geo.network.osm_file import DEGREE, OsmFile
+from uxsim_geo.network.osm_file import PER_DEGREE, OsmFile
 from uxsim_geo.network.osm_sections import Rows, Sections
 from uxsim_geo.network.osm_ways import DIRECTED, DIRECTIONS, KEPT_TEXTS, Ways
 
@@ -93,7 +93,7 @@ def links_table(
         "to_node_id": file.node_ids[links.end].astype(str),
         "length": np.maximum(sections.length[links.section], SHORTEST),
         "jam_density": jam_density,
-        "capacity": np.nan,
+        "capacity": np.full(len(row), np.nan),
         "merge_priority": np.asarray(ways.merge_priority)[links.way],
         "source_id": file.way_ids[links.way].astype(str),
         "direction": np.asarray(DIRECTIONS, dtype=object)[links.backward],
@@ -145,7 +145,7 @@ def _lines(file: OsmFile, sections: Sections, links: DirectedLinks) -> Any:
     turned = np.repeat(links.backward, sizes)
     place = np.where(turned, np.repeat(last, sizes) - offsets, np.repeat(first, sizes) + offsets)
     point = sections.points[place]
-    coordinates = np.stack([file.x[point] * DEGREE, file.y[point] * DEGREE], axis=1)
+    coordinates = np.stack([file.x[point] / PER_DEGREE, file.y[point] / PER_DEGREE], axis=1)
     return shapely.linestrings(coordinates, indices=np.repeat(np.arange(len(sizes)), sizes))
 
 
@@ -171,7 +171,7 @@ def nodes_table(file: OsmFile, links: DirectedLinks, signals: dict[int, list[int
             ),
         }
     )
-    points = shapely.points(file.x[rows] * DEGREE, file.y[rows] * DEGREE)
+    points = shapely.points(file.x[rows] / PER_DEGREE, file.y[rows] / PER_DEGREE)
     table.insert(len(NODE_COLUMNS), "geometry", points)
     located: pd.DataFrame = geopandas.GeoDataFrame(table, geometry="geometry", crs=CRS)
     return located

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from uxsim_geo.network.osm_file import DEGREE, Ids, OsmFile
+from uxsim_geo.network.osm_file import PER_DEGREE, Ids, OsmFile
 
 Rows = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -110,7 +110,7 @@ def _steps(file: OsmFile, points: Rows, inside: Flags) -> Floats:
     """Length, m, from each point to the next; 0 where ``inside`` says that its section ends."""
     from pyproj import Geod
 
-    x, y = file.x[points] * DEGREE, file.y[points] * DEGREE
+    x, y = file.x[points] / PER_DEGREE, file.y[points] / PER_DEGREE
     start = np.flatnonzero(inside)
     steps = np.zeros(len(points))
     # the ellipsoid's own shortest line: right across the 180th meridian as well

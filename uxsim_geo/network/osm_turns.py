@@ -31,12 +31,12 @@ COUNTED = {
     "restriction of other vehicles": "turn restrictions that say nothing of cars",
     "restriction excepts cars": "turn restrictions that except cars",
     "restriction on other roads": "turn restrictions at ways that are no roads here",
-    "restriction without effect": "turn restrictions of what one-way roads forbid already",
+    "restriction without effect": "turn restrictions of what is impossible anyway",
 }
 
 
-#: what links are told by: rows of from, between, to; and the restriction behind the ban
-Bans = dict[Path, tuple[str, int]]
+#: rows of links from, between, to; and the kinds and ids of the restrictions that ban the path
+Bans = dict[Path, list[tuple[str, int]]]
 
 
 def banned_turns(junctions: Junctions, notes: Notes) -> pd.DataFrame:
@@ -47,7 +47,7 @@ def banned_turns(junctions: Junctions, notes: Notes) -> pd.DataFrame:
         try:
             turn = turn_of(relation)
             for path in _banned(turn, junctions):
-                bans.setdefault(path, (turn.kind, relation.id))
+                bans.setdefault(path, []).append((turn.kind, relation.id))
         except RestrictionError as error:
             _note(error, relation.id, counted, notes)
         if any(key.endswith(":conditional") for key in relation.tags):
@@ -81,12 +81,18 @@ def _banned(turn: Turn, junctions: Junctions) -> list[Path]:
             )
         node = int(rows[0])
     paths = paths_of(turn, node, junctions)
-    if not turn.only:
-        return paths
-    allowed = set(paths)
+    if turn.only:
+        paths = _others(paths, junctions)
+    if not paths:
+        raise RestrictionError("restriction without effect", "there is nothing that it could ban")
+    return paths
+
+
+def _others(allowed: list[Path], junctions: Junctions) -> list[Path]:
+    """All paths that end as none of those does that are allowed."""
     others: list[Path] = []
-    for path in paths:
-        onward = junctions.from_node(junctions.end(path[-2]))
+    for path in allowed:
+        onward = junctions.from_node(junctions.start(path[-1]))
         others.extend((*path[:-1], link) for link in onward)
     return [path for path in others if path not in allowed]
 
@@ -103,7 +109,7 @@ def _table(bans: Bans, junctions: Junctions) -> pd.DataFrame:
         "from_link_id": [ids[path[0]] for path in paths],
         "to_link_id": [ids[path[-1]] for path in paths],
         "via_link_ids": [" ".join(ids[row] for row in path[1:-1]) or None for path in paths],
-        "restriction": [bans[path][0] for path in paths],
-        "source_id": [str(bans[path][1]) for path in paths],
+        "restriction": [bans[path][0][0] for path in paths],
+        "source_id": [" ".join(str(number) for _, number in bans[path]) for path in paths],
     }
     return pd.DataFrame(columns, columns=[*MOVEMENT_COLUMNS, *OWN_COLUMNS], dtype="str")
