@@ -58,7 +58,7 @@ def read_osm_network(
     sections = cut_ways(file, places_of(file.restrictions))
     links = direct(file, sections, ways)
     note_file(file, sections, options, notes)
-    note_ways(ways, links, notes)
+    note_ways(file, ways, links, notes)
     table = links_table(file, sections, ways, links, options.jam_density)
     note_assumptions(table, options, notes)
     signals = place_signals(file, sections, ways, options.signal_distance)

@@ -48,10 +48,13 @@ def note_file(file: OsmFile, sections: Sections, options: OsmOptions, notes: Not
         notes.add("conditional tag", f"ways with {key}: not applied", element="link", value=number)
 
 
-def note_ways(ways: Ways, links: DirectedLinks, notes: Notes) -> None:
+def note_ways(file: OsmFile, ways: Ways, links: DirectedLinks, notes: Notes) -> None:
     """Remarks on ways, told of the first link of each."""
     first = np.searchsorted(links.way, np.arange(len(ways.open)))
     ids = links.ids.tolist()
+    for row in np.setdiff1d(np.arange(len(ways.open)), links.way).tolist():
+        note = "a way (value) without two nodes or a direction open to cars: no links"
+        notes.add("way without links", note, element="link", value=int(file.way_ids[row]))
     found: dict[tuple[str, str], tuple[list[str], list[object]]] = {}
     for row, remark in ways.remarks:
         link = int(first[row])
@@ -71,22 +74,36 @@ def note_ways(ways: Ways, links: DirectedLinks, notes: Notes) -> None:
 def note_assumptions(links: pd.DataFrame, options: OsmOptions, notes: Notes) -> None:
     """How many links of each class have an assumed speed or assumed lanes, and which."""
     speed_kmh = (links["free_speed"] * KMH).round(1)
-    for column, values, unit in (
-        ("free_speed", speed_kmh, "km/h"),
-        ("lanes", links["lanes"], "lanes"),
-    ):
-        assumed = links[f"{column}_source"] == "assumed"
-        total = links.groupby("road_class").size()
-        for road_class, found in values[assumed].groupby(links["road_class"][assumed]):
-            used = ", ".join(f"{value:g}" for value in sorted(found.unique()))
-            note = (
-                f"{road_class}: {used} {unit} assumed (country {options.country}) "
-                f"on {len(found)} of {total[road_class]} links (value: share)"
-            )
-            topic = f"{column.replace('_', ' ')} assumed"
-            notes.add(topic, note, element="link", value=len(found) / total[road_class])
+    implied = links["free_speed_source"] == "assumed"
+    of_class = implied & links["free_speed_basis"].str.startswith("class ")
+    kind = ("free speed assumed", "km/h")
+    _note_by_class(kind, links, speed_kmh[of_class], options.country, notes)
+    for basis, found in speed_kmh[implied & ~of_class].groupby(links["free_speed_basis"]):
+        used = ", ".join(f"{value:g}" for value in sorted(found.unique()))
+        note = f"{basis}: {used} km/h as the table of zones says (value: how many links)"
+        notes.add("free speed implied", note, element="link", value=len(found))
+    lanes = links["lanes"][links["lanes_source"] == "assumed"]
+    _note_by_class(("lanes assumed", "lanes"), links, lanes, options.country, notes)
     short = links["link_id"][links["length"] <= SHORTEST]
     note = f"both ends at one place: a length of {SHORTEST:g} m assumed"
     notes.add_each("length assumed", note, list(short))
     loops = links["link_id"][links["from_node_id"] == links["to_node_id"]]
     notes.add_each("self-loop", "the link leads back to its own node", list(loops))
+
+
+def _note_by_class(
+    kind: tuple[str, str], links: pd.DataFrame, assumed: pd.Series, country: str, notes: Notes
+) -> None:
+    """One note a road class: what was assumed, and on which share of its links.
+
+    ``kind``: topic and unit of what was assumed; ``assumed``: the values of those links.
+    """
+    topic, unit = kind
+    total = links.groupby("road_class").size()
+    for road_class, found in assumed.groupby(links["road_class"]):
+        used = ", ".join(f"{value:g}" for value in sorted(found.unique()))
+        note = (
+            f"{road_class}: {used} {unit} assumed (country {country}) "
+            f"on {len(found)} of {total[road_class]} links (value: share)"
+        )
+        notes.add(topic, note, element="link", value=len(found) / total[road_class])
