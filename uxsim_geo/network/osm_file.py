@@ -141,7 +141,7 @@ def _add_way(element: Way, reason_to_drop: Callable[[Tags], str | None], found: 
     way = (element.version, reason, array("q", nodes), tags)
     known = found.ways.get(element.id)
     # files put together from several may have a way twice, in any order
-    if known is None or known[:3] < way[:3]:
+    if known is None or (*known[:3], sorted(known[3].items())) < (*way[:3], sorted(tags.items())):
         found.ways[element.id] = way
 
 
@@ -170,13 +170,22 @@ def _read_nodes(source: File, found: _Found) -> None:
         assert isinstance(node, osmium.osm.Node)
         if node.deleted:
             continue
-        location = node.location
-        place = (node.version, location.x, location.y)
-        if location.valid() and place > found.nodes.get(node.id, (-1, 0, 0)):
-            found.nodes[node.id] = place
-            tags = node.tags
-            if "highway" in tags or "barrier" in tags:
-                found.node_tags[node.id] = {tag.k: tag.v for tag in tags}
+        _add_node(node, found)
+
+
+def _add_node(node: Node, found: _Found) -> None:
+    location, tags = node.location, node.tags
+    place = (node.version, location.x, location.y)
+    known = found.nodes.get(node.id)
+    if not location.valid() or (known is not None and known > place):
+        return
+    told = {tag.k: tag.v for tag in tags} if "highway" in tags or "barrier" in tags else {}
+    if known == place and sorted(found.node_tags.get(node.id, {}).items()) > sorted(told.items()):
+        return
+    found.nodes[node.id] = place
+    found.node_tags.pop(node.id, None)
+    if told:
+        found.node_tags[node.id] = told
 
 
 def _as_arrays(found: _Found) -> OsmFile:

@@ -1,8 +1,8 @@
 """Ways cut into sections between junctions: the undirected shape of the network, as arrays.
 
 A way is cut where it ends, at nodes that it shares with another way or passes twice (closed ways,
-crossings with itself), at nodes that a turn restriction names as its place, and where the file
-lacks a node.
+crossings with itself), where it turns back over the same piece, at nodes that a turn restriction
+names as its place, and where the file lacks a node.
 """
 
 from __future__ import annotations
@@ -72,7 +72,9 @@ def cut_ways(file: OsmFile, forced: Ids) -> Sections:
     number = np.bincount(node[onward | back], minlength=len(file.node_ids) + 1)
     rows, known = rows_of(forced, file.node_ids)
     number[rows[known]] += 2
-    cut = (onward ^ back) | ((onward & back) & (number[node] > 1))
+    neighbours = _neighbours(node[:-1][tied], node[1:][tied], len(file.node_ids))
+    junction = (number > 1) | (np.append(neighbours, 0) == 1)
+    cut = (onward ^ back) | (onward & back & junction[node])
     starts, ends = np.flatnonzero(cut & onward), np.flatnonzero(cut & back)
     sizes = ends - starts + 1
     first = np.concatenate([[0], np.cumsum(sizes)])
@@ -84,7 +86,7 @@ def cut_ways(file: OsmFile, forced: Ids) -> Sections:
         first=first,
         way=way[starts],
         step=_steps(file, points, inside),
-        neighbours=_neighbours(node[:-1][tied], node[1:][tied], len(file.node_ids)),
+        neighbours=neighbours,
         missing=missing,
     )
 
