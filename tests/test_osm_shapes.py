@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from osm_files import noted, read, read_data, restriction, topics
 from osm_files import node as node_at
+from osm_files import noted, read, read_data, restriction, topics
 from osm_files import way as way_over
 from pyproj import Geod
 

@@ -57,6 +57,7 @@ def read_osm_network(
     tell("links", 0.8)
     sections = cut_ways(file, places_of(file.restrictions))
     links = direct(file, sections, ways)
+    _check_links(path, len(links.ids))
     note_file(file, sections, options, notes)
     note_ways(file, ways, links, notes)
     table = links_table(file, sections, ways, links, options.jam_density)
@@ -84,4 +85,12 @@ def _check_roads(path: Path, file: OsmFile) -> None:
         )
     elif not len(file.node_ids):
         faults.add("has none of the nodes that its roads name: it was cut without them")
+    faults.raise_if_any()
+
+
+def _check_links(path: Path, number: int) -> None:
+    """Raise where no way has two nodes and a direction open to cars."""
+    faults = Faults(str(path))
+    if not number:
+        faults.add("has no piece of road between two nodes that cars may drive on")
     faults.raise_if_any()

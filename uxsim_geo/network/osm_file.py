@@ -22,10 +22,13 @@ from uxsim_geo.network.osm_tags import Tags
 
 if TYPE_CHECKING:
     from osmium.io import File
-    from osmium.osm.types import Relation, Way
+    from osmium.osm.types import Node, Relation, Way
 
 #: node references in one way beyond which it is no road (the map itself allows 2,000)
 MOST_NODES = 100_000
+
+#: osmium's coordinates of a node without a place
+NOWHERE = 2**31 - 1
 
 #: coordinates are whole numbers of so many parts of a degree
 PER_DEGREE = 1e7
@@ -177,8 +180,11 @@ def _add_node(node: Node, found: _Found) -> None:
     location, tags = node.location, node.tags
     place = (node.version, location.x, location.y)
     known = found.nodes.get(node.id)
-    if not location.valid() or (known is not None and known > place):
+    if location.x == location.y == NOWHERE or (known is not None and known > place):
         return
+    if not location.valid():
+        where = f"{location.x / PER_DEGREE:g}, {location.y / PER_DEGREE:g}"
+        raise ValueError(f"node {node.id} is at {where}, beyond 180 or 90 degrees")
     told = {tag.k: tag.v for tag in tags} if "highway" in tags or "barrier" in tags else {}
     if known == place and sorted(found.node_tags.get(node.id, {}).items()) > sorted(told.items()):
         return

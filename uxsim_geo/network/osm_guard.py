@@ -32,6 +32,12 @@ _PBF_HEADER = b"\x0a\x09OSMHeader"
 #: bytes at the start of XML within which the element <osm> must open
 _HEAD = 65_536
 
+#: bytes read at once
+_BLOCK = 1 << 20
+
+#: a coordinate with an exponent so large that osmium takes it for 0
+_ENORMOUS = re.compile(rb"\bl(?:at|on)\s*=\s*[\"'][0-9.+-]{0,30}[eE][+-]?[0-9]{3}")
+
 #: of a packed file's size, if the options do not say how much it may unpack to
 _RATIO = 100
 _LEAST_BYTES = 32_000_000
@@ -106,16 +112,18 @@ def _format_of(start: bytes) -> str | None:
 def _check_xml(path: Path, written: str, limit: int, faults: Faults) -> None:
     """No document type or entities, the right element, and no more bytes than ``limit``."""
     with _opened(path, written) as file:
-        head = file.read(_HEAD)
-        _check_head(head, faults)
-        if faults.found or written == "xml":
-            return
-        unpacked = len(head)
-        while block := file.read(1 << 20):
+        block = file.read(_HEAD)
+        _check_head(block, faults)
+        unpacked, before = 0, b""
+        while block and not faults.found:
             unpacked += len(block)
-            if unpacked > limit:
+            if unpacked > limit and written != "xml":
                 _add_too_large(limit, faults)
-                return
+            found = _ENORMOUS.search(before + block)
+            if found:
+                what = "has a coordinate that is none"
+                faults.add(what, value=found[0].decode("ascii", errors="replace"))
+            before, block = block[-100:], file.read(_BLOCK)
 
 
 def _opened(path: Path, written: str) -> BinaryIO:
