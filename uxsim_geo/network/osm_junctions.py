@@ -48,16 +48,31 @@ class Junctions:
         first, last = self.leaving_first[node], self.leaving_first[node + 1]
         return [int(row) for row in self.leaving[first:last]]
 
-    def of(self, way_id: int) -> list[int]:
+    def of(self, way_id: int) -> range:
         """Rows of the links of a way. Raises :class:`RestrictionError` if it has none."""
         way = int(np.searchsorted(self.file.way_ids, way_id))
         if way < len(self.file.way_ids) and self.file.way_ids[way] == way_id:
-            links = list(range(int(self.of_way[way]), int(self.of_way[way + 1])))
+            links = range(int(self.of_way[way]), int(self.of_way[way + 1]))
             if links:
                 return links
         if way_id in self.file.dropped_ids:
             raise RestrictionError("restriction on other roads", f"way {way_id} is no road here")
         raise RestrictionError("broken restriction", f"way {way_id} is no road in the file")
+
+    def arriving(self, links: range, node: int) -> list[int]:
+        """Those of the links that end at the row of a node."""
+        ends = self.links.end[links.start : links.stop]
+        return [links.start + int(row) for row in np.flatnonzero(ends == node)]
+
+    def departing(self, links: range, node: int) -> list[int]:
+        """Those of the links that start at the row of a node."""
+        starts = self.links.start[links.start : links.stop]
+        return [links.start + int(row) for row in np.flatnonzero(starts == node)]
+
+    def nodes_of(self, links: range) -> set[int]:
+        """Rows of the nodes at which the links start or end."""
+        rows = slice(links.start, links.stop)
+        return {*self.links.start[rows].tolist(), *self.links.end[rows].tolist()}
 
     def angle(self, link: int, other: int) -> float:
         """By how much one turns from a link into another, degrees: left above 0, within ±180."""

@@ -39,11 +39,11 @@ def paths_of(turn: Turn, node: int | None, junctions: Junctions) -> list[Path]:
 
 def _over_node(turn: Turn, node: int, ways: tuple[int, int], junctions: Junctions) -> list[Path]:
     from_links, to_links = (junctions.of(way) for way in ways)
-    for way, links in zip(ways, (from_links, to_links), strict=True):
-        if not any(node in (junctions.start(link), junctions.end(link)) for link in links):
+    arriving = junctions.arriving(from_links, node)
+    leaving = junctions.departing(to_links, node)
+    for way, links, found in ((ways[0], from_links, arriving), (ways[1], to_links, leaving)):
+        if not found and node not in junctions.nodes_of(links):
             raise RestrictionError("broken restriction", f"way {way} does not come to its node")
-    arriving = [link for link in from_links if junctions.end(link) == node]
-    leaving = [link for link in to_links if junctions.start(link) == node]
     pairs: list[Path] = list(product(arriving, leaving))
     if not pairs:
         raise RestrictionError("restriction without effect", "one-way roads ban it already")
@@ -67,13 +67,11 @@ def _as_named(turn: Turn, pairs: list[Path], junctions: Junctions) -> list[Path]
 def _over_ways(turn: Turn, from_way: int, to_way: int, junctions: Junctions) -> Path:
     between = {link: way for way in turn.via_ways for link in junctions.of(way)}
     from_links, to_links = junctions.of(from_way), junctions.of(to_way)
-    nodes = {node for link in between for node in (junctions.start(link), junctions.end(link))}
+    nodes = {node for way in turn.via_ways for node in junctions.nodes_of(junctions.of(way))}
     for way, links in ((from_way, from_links), (to_way, to_links)):
-        ends = {node for link in links for node in (junctions.start(link), junctions.end(link))}
-        if not ends & nodes:
-            raise RestrictionError(
-                "broken restriction", f"way {way} does not come to the ways between"
-            )
+        if junctions.nodes_of(links).isdisjoint(nodes):
+            what = f"way {way} does not come to the ways between"
+            raise RestrictionError("broken restriction", what)
     found: list[Path] = []
     for link in from_links:
         found.extend(_walks(link, between, frozenset(to_links), junctions))

@@ -41,6 +41,9 @@ BANS = frozenset(
     ]
 )
 
+#: no junction has more ways that one restriction could name
+MOST_MEMBERS = 50
+
 #: restrictions that may have several members from, or to
 SEVERAL_FROM, SEVERAL_TO = "no_entry", "no_exit"
 
@@ -113,6 +116,9 @@ def _kind(tags: Tags) -> str:
 
 
 def _check_members(kind: str, members: dict[str, tuple[int, ...]]) -> None:
+    number = sum(len(found) for found in members.values())
+    if number > MOST_MEMBERS:
+        raise RestrictionError("broken restriction", f"has {number} members")
     for role, several in (("from", SEVERAL_FROM), ("to", SEVERAL_TO)):
         number = len(members[role])
         if number == 0:
