@@ -102,15 +102,18 @@ def read_raw(path: Path) -> Raw:
     """Everything that is counted, element by element."""
     raw = Raw()
     for element in osmium.FileProcessor(str(path)):
-        tags = {tag.k: tag.v for tag in element.tags}
         if element.is_node():
             raw.places[element.id] = (element.location.lon, element.location.lat)
-            if "highway" in tags:
-                raw.node_tags[element.id] = tags
+            if "highway" in element.tags:
+                raw.node_tags[element.id] = _tags(element)
         elif element.is_way():
-            if is_drivable(tags):
+            if is_drivable(tags := _tags(element)):
                 raw.ways[element.id] = ([node.ref for node in element.nodes], tags)
-        elif tags.get("type", "").startswith("restriction"):
+        elif (tags := _tags(element)).get("type", "").startswith("restriction"):
             members = [(member.type, member.ref, member.role) for member in element.members]
             raw.relations[element.id] = (tags, members)
     return raw
+
+
+def _tags(element: object) -> Tags:
+    return {tag.k: tag.v for tag in element.tags}  # type: ignore[attr-defined]

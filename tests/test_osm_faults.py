@@ -31,7 +31,9 @@ FILE_ENTITY = """<?xml version="1.0"?>
 <osm version="0.6"><node id="1" lat="0" lon="0"><tag k="name" v="&a;"/></node></osm>
 """
 #: a document type too far inside to be seen at the start
-LATE = f"<!--{'x' * 100_000}-->{BOMB}"
+LATE = f"<!--{'x' * 100_000}-->{BOMB[22:]}"
+#: the same, behind something that looks like the beginning
+HIDDEN = f"<!-- <osm > {'x' * 100_000}-->{BOMB[22:]}"
 
 
 def fault_of(path: Path, options: OsmOptions | None = None) -> str:
@@ -64,6 +66,7 @@ WRONG = {
     "entity of a file": ("a.osm", FILE_ENTITY.encode(), "declares a document type"),
     "entities in UTF-16": ("a.osm", BOMB.encode("utf-16"), "UTF-8"),
     "entities far inside": ("a.osm", LATE.encode(), "not at its start"),
+    "entities behind a comment": ("a.osm", HIDDEN.encode(), "entities are not supported"),
     "cut off": ("a.osm", GOOD[:-20], "damaged or cut off"),
     "cut off, gzip": ("a.osm.gz", gzip.compress(GOOD)[:-9], "damaged or cut off"),
     "cut off, bzip2": ("a.osm.bz2", bz2.compress(GOOD)[:-9], "damaged or cut off"),

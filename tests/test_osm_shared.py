@@ -223,6 +223,23 @@ def simple_turn(
     return (node, start, end) if start != end and len(neighbours) == 3 else None
 
 
+def test_restrictions_over_ways_name_the_links_between(both: tuple[Network, Raw]) -> None:
+    network, raw = both
+    over_ways = {
+        relation
+        for relation, (_, members) in raw.relations.items()
+        if any((type_, role) == ("w", "via") for type_, _, role in members)
+        and all(ref in raw.ways for _, ref, _ in members)
+    }
+    table = network.movements.dropna(subset="via_link_ids")
+    assert {int(number) for ids in table["source_id"] for number in ids.split()} == over_ways
+    way_of = network.links.set_index("link_id")["source_id"]
+    for ids, between in table[["source_id", "via_link_ids"]].values:
+        members = raw.relations[int(ids)][1]
+        via = {str(ref) for _, ref, role in members if role == "via"}
+        assert {way_of[link] for link in between.split()} == via
+
+
 def test_banned_turns_lie_on_links_that_meet(both: tuple[Network, Raw]) -> None:
     network, _ = both
     ends = network.links.set_index("link_id")[["from_node_id", "to_node_id"]]

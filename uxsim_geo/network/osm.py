@@ -49,7 +49,9 @@ def read_osm_network(
     tell("reading", 0.0)
     defaults = read_defaults(options)
     choose = partial(reason_to_drop, options=options)
-    file = read_osm_file(path, choose, options.max_unpacked_mb)
+    file = read_osm_file(
+        path, choose, options.max_unpacked_mb, lambda share: tell("reading", 0.6 * share)
+    )
     _check_roads(path, file)
     notes = Notes()
     tell("tags", 0.6)

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from sys import intern
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -91,11 +92,14 @@ class _Found:
 
 
 def read_osm_file(
-    path: Path, reason_to_drop: Callable[[Tags], str | None], max_unpacked_mb: float | None
+    path: Path,
+    reason_to_drop: Callable[[Tags], str | None],
+    max_unpacked_mb: float | None,
+    progress: Callable[[float], None],
 ) -> OsmFile:
     """Read what ``reason_to_drop`` (called with the tags of ways that have highway) lets pass.
 
-    Raises :class:`uxsim_geo.errors.InputError` for a file that is none, is damaged, or would
+    ``progress`` is called with the share that is done. Raises :class:`uxsim_geo.errors.InputError` for a file that is none, is damaged, or would
     unpack to more than is allowed (see :mod:`uxsim_geo.network.osm_guard`).
     """
     import osmium
@@ -108,10 +112,10 @@ def read_osm_file(
     found = _Found()
     try:
         _read_ways(source, reason_to_drop, found)
-        _read_nodes(source, found)
+        _read_nodes(source, found, progress)
     except UnicodeDecodeError:
         faults.add("has text that is not UTF-8")
-    except (RuntimeError, OSError, ValueError, osmium.InvalidLocationError) as error:
+    except (RuntimeError, OSError, ValueError, MemoryError, osmium.InvalidLocationError) as error:
         faults.add(f"cannot be read, it is damaged or cut off: {error}")
     faults.raise_if_any()
     return _as_arrays(found)
@@ -136,8 +140,10 @@ def _read_ways(source: File, reason_to_drop: Callable[[Tags], str | None], found
 
 
 def _add_way(element: Way, reason_to_drop: Callable[[Tags], str | None], found: _Found) -> None:
-    tags = {tag.k: tag.v for tag in element.tags}
+    # most keys and many values are the same on many ways, and are kept once
+    tags = {intern(tag.k): intern(tag.v) for tag in element.tags}
     reason = reason_to_drop(tags) or ""
+    tags = {} if reason else tags
     nodes = [] if reason else [node.ref for node in element.nodes]
     if len(nodes) > MOST_NODES:
         raise ValueError(f"way {element.id} has {len(nodes)} nodes, as no road has")
@@ -153,27 +159,34 @@ def _add_restriction(element: Relation, found: _Found) -> None:
         return
     tags = {tag.k: tag.v for tag in element.tags}
     members = tuple((member.type, member.ref, member.role) for member in element.members)
-    known = found.restrictions.get(element.id)
-    if known is None or known[0] < element.version:
-        relation = Restriction(element.id, tags, members)
-        found.restrictions[element.id] = (element.version, relation)
+    found_before = found.restrictions.get(element.id)
+    relation = (element.version, Restriction(element.id, tags, members))
+    if found_before is None or _rank(*found_before) < _rank(*relation):
+        found.restrictions[element.id] = relation
 
 
-def _read_nodes(source: File, found: _Found) -> None:
+def _rank(version: int, relation: Restriction) -> tuple[object, ...]:
+    """By what the newer of two is chosen; between equal versions anything that does not change."""
+    return version, sorted(relation.tags.items()), relation.members
+
+
+def _read_nodes(source: File, found: _Found, progress: Callable[[float], None]) -> None:
     """Places and tags of the nodes that ways name.
 
     Osmium's own filter by ids is faster, but takes 400 MB whatever the file, and no negative ids.
     """
     import osmium
 
+    progress(0.5)
     wanted = {ref for _, _, refs, _ in found.ways.values() for ref in refs}
     for node in osmium.FileProcessor(source, osmium.osm.NODE):
         if node.id not in wanted:
             continue
         assert isinstance(node, osmium.osm.Node)
-        if node.deleted:
-            continue
-        _add_node(node, found)
+        if not node.deleted:
+            _add_node(node, found)
+        if len(found.nodes) % 50_000 == 0:
+            progress((1.0 + len(found.nodes) / len(wanted)) / 2)
 
 
 def _add_node(node: Node, found: _Found) -> None:

@@ -62,25 +62,30 @@ def _twoway(tags: Tags, assumed: int, remarks: list[Remark]) -> tuple[Lanes, Lan
     shared = _count(tags, "lanes:both_ways", remarks) or 0
     forward = _count(tags, "lanes:forward", remarks)
     backward = _count(tags, "lanes:backward", remarks)
-    if total is None:
-        return _or_assumed(forward, assumed), _or_assumed(backward, assumed)
-    if forward is not None and backward is not None:
-        if forward + backward + shared != total:
+    if total is None or (forward is not None and backward is not None):
+        known = [count for count in (forward, backward) if count is not None]
+        fits = total is None or sum(known) + shared == total
+        if not fits or min(known, default=1) < 1:
             remarks.append(_contradiction(tags))
         return _or_assumed(forward, assumed), _or_assumed(backward, assumed)
-    rest = total - shared
-    if forward is None and backward is None:
-        forward, backward = _from_turns(tags, rest)
+    return _of_total(tags, (forward, backward), total - shared, remarks)
+
+
+def _of_total(
+    tags: Tags, known: tuple[int | None, int | None], rest: int, remarks: list[Remark]
+) -> tuple[Lanes, Lanes]:
+    """Lanes of both directions out of ``rest`` in all, where at most one direction's are known."""
+    forward, backward = known if known != (None, None) else _from_turns(tags, rest)
     if forward is None and backward is None:
         return _halves(tags, rest, remarks)
     if forward is None:
         forward = rest - (backward or 0)
-    elif backward is None:
+    else:
         backward = rest - forward
-    assert backward is not None, "what is left of the total"
-    if min(forward, backward) < 1:
+    counts = [forward, backward or 0]
+    if min(counts) < 1:
         remarks.append(_contradiction(tags))
-    return _or_assumed(max(forward, 1), assumed), _or_assumed(max(backward, 1), assumed)
+    return Lanes(max(counts[0], 1), "given"), Lanes(max(counts[1], 1), "given")
 
 
 def _or_assumed(count: int | None, assumed: int) -> Lanes:
