@@ -99,8 +99,9 @@ def read_osm_file(
 ) -> OsmFile:
     """Read what ``reason_to_drop`` (called with the tags of ways that have highway) lets pass.
 
-    ``progress`` is called with the share that is done. Raises :class:`uxsim_geo.errors.InputError` for a file that is none, is damaged, or would
-    unpack to more than is allowed (see :mod:`uxsim_geo.network.osm_guard`).
+    ``progress`` is called with the share that is done. Raises
+    :class:`uxsim_geo.errors.InputError` for a file that is none, is damaged, or would unpack to
+    more than is allowed (see :mod:`uxsim_geo.network.osm_guard`).
     """
     import osmium
 
