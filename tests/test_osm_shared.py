@@ -6,7 +6,6 @@ import csv
 import re
 from collections import Counter, defaultdict
 from dataclasses import replace
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -42,24 +41,12 @@ FILES = (
     "sao-paulo-centro.osm.pbf",
 )
 
-SINGLE = ("from", "to")
 
-
-@cache
-def network_of(path: Path) -> Network:
-    return read_osm_network(path, OsmOptions())
-
-
-@cache
-def raw_of(path: Path) -> Raw:
-    return read_raw(path)
-
-
-@pytest.fixture(params=FILES)
+@pytest.fixture(scope="module", params=FILES)
 def both(request: pytest.FixtureRequest, shared: Path) -> tuple[Network, Raw]:
     """The network of a file and the plain file."""
     path = shared / "data" / "osm" / request.param
-    return network_of(path), raw_of(path)
+    return read_osm_network(path, OsmOptions()), read_raw(path)
 
 
 def roads(network: Network) -> pd.DataFrame:
