@@ -270,3 +270,20 @@ def test_a_way_between_that_leads_the_other_way_bans_nothing(tmp_path: Path) -> 
     network = read(tmp_path, *H_SHAPE, against, relation)
     assert network.movements.empty
     assert topics(network)["restriction without effect"] == 1
+
+
+def test_a_restriction_that_asks_for_too_much_is_given_up(tmp_path: Path) -> None:
+    """Ways between that meet side streets at every node, and a member named a thousand times."""
+    numbers = range(100, 400)
+    ladder = [node(number, number / 10, 0) for number in numbers]
+    steps = [node(number + 1000, number / 10, 1) for number in numbers]
+    sides = [way(number, [number, number + 1000]) for number in numbers]
+    long = way(5, [8, *numbers, 9])
+    relation = restriction(7, "no_u_turn", "from w1 via w5 to w3")
+    network = read(tmp_path, *H_SHAPE, *ladder, *steps, *sides, long, relation)
+    assert network.movements.empty
+    assert noted(network, "broken restriction") == ["7"]
+    many = restriction(7, "no_entry", f"{'from w1 ' * 1000}via n8 to w2")
+    network = read(tmp_path, *H_SHAPE, BETWEEN, many)
+    assert network.movements.empty
+    assert noted(network, "broken restriction") == ["7"]

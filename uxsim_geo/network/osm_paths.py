@@ -11,8 +11,9 @@ from uxsim_geo.network.osm_relations import RestrictionError, Turn
 #: rows of links: from, those between, to
 Path = tuple[int, ...]
 
-#: links tried on the ways between, after which a restriction is given up
-MOST_TRIED = 10_000
+#: links of the ways between, ends of ways at them and links tried, after which a restriction is
+#: given up: no road needs as many, and a file made to do harm may ask for a great deal more
+MOST_BETWEEN, MOST_STARTS, MOST_TRIED = 500, 50, 500
 
 #: degrees within which a turn is what its restriction calls it
 ANGLES = {
@@ -65,21 +66,32 @@ def _as_named(turn: Turn, pairs: list[Path], junctions: Junctions) -> list[Path]
 
 
 def _over_ways(turn: Turn, from_way: int, to_way: int, junctions: Junctions) -> Path:
-    between = {link: way for way in turn.via_ways for link in junctions.of(way)}
+    between = _between(turn, junctions)
     from_links, to_links = junctions.of(from_way), junctions.of(to_way)
-    nodes = {node for way in turn.via_ways for node in junctions.nodes_of(junctions.of(way))}
+    nodes = {node for link in between for node in (junctions.start(link), junctions.end(link))}
     for way, links in ((from_way, from_links), (to_way, to_links)):
         if junctions.nodes_of(links).isdisjoint(nodes):
             what = f"way {way} does not come to the ways between"
             raise RestrictionError("broken restriction", what)
+    starts = [link for link in from_links if junctions.end(link) in nodes]
+    if len(starts) > MOST_STARTS:
+        raise RestrictionError("broken restriction", "its ways meet in too many places")
     found: list[Path] = []
-    for link in from_links:
+    for link in starts:
         found.extend(_walks(link, between, frozenset(to_links), junctions))
     if not found:
         raise RestrictionError("restriction without effect", "no traffic can take its way")
     if len(found) > 1:
         raise RestrictionError("broken restriction", "several ways through it could be meant")
     return found[0]
+
+
+def _between(turn: Turn, junctions: Junctions) -> dict[int, int]:
+    """Rows of the links of the ways between, and which way each is of."""
+    links = {way: junctions.of(way) for way in turn.via_ways}
+    if sum(map(len, links.values())) > MOST_BETWEEN:
+        raise RestrictionError("broken restriction", "the ways between have too many junctions")
+    return {link: way for way, found in links.items() for link in found}
 
 
 def _walks(

@@ -30,7 +30,7 @@ JUNCTION = 3
 CROSSING_DISTANCE = 20.0
 
 #: no road has more nodes within the distance at which a signal is looked for
-MOST_STEPS = 1000
+MOST_STEPS = 100
 
 #: values of the tag traffic_signals that stop nobody at a junction
 OF_NO_JUNCTION = frozenset(
