@@ -19,7 +19,7 @@ import numpy as np
 
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.osm_file import OsmFile
-from uxsim_geo.network.osm_sections import Floats, Rows, Sections, rows_of
+from uxsim_geo.network.osm_sections import Sections, rows_of
 from uxsim_geo.network.osm_tags import Tags, values
 from uxsim_geo.network.osm_ways import Ways
 
@@ -56,18 +56,18 @@ class Steps:
         those from node row ``n`` are rows ``first[n]`` to ``first[n + 1]``; (nodes + 1,)
     to, length, backward
         the node row each leads to, m, and whether it leads against the way's drawing
+
+    Lists, since they are looked at one by one.
     """
 
-    first: Rows
-    to: Rows
-    length: Floats
-    backward: Rows
+    first: list[int]
+    to: list[int]
+    length: list[float]
+    backward: list[bool]
 
-    def from_node(self, node: int) -> list[tuple[int, float, bool]]:
-        """The pieces that start at a node: to, length, backward."""
-        rows = slice(int(self.first[node]), int(self.first[node + 1]))
-        columns = (self.to[rows], self.length[rows], self.backward[rows])
-        return list(zip(*(column.tolist() for column in columns), strict=True))
+    def from_node(self, node: int) -> range:
+        """Rows of the pieces that start at the row of a node."""
+        return range(self.first[node], self.first[node + 1])
 
 
 @dataclass
@@ -87,10 +87,10 @@ def place_signals(file: OsmFile, sections: Sections, ways: Ways, distance: float
     signals = Signals()
     ids = [node for node, tags in sorted(file.node_tags.items()) if is_signal(tags)]
     rows, _ = rows_of(np.array(ids, dtype=np.int64), file.node_ids)
-    steps = _steps(sections, ways)
+    steps, neighbours = _steps(sections, ways), sections.neighbours.tolist()
     for row in rows[sections.neighbours[rows] > 0].tolist():
         tags = file.node_tags[int(file.node_ids[row])]
-        junction = _junction(row, tags, steps, sections.neighbours, distance)
+        junction = _junction(row, tags, steps, neighbours, distance)
         if junction is None:
             signals.left.append(row)
             continue
@@ -121,13 +121,16 @@ def _steps(sections: Sections, ways: Ways) -> Steps:
     start = np.concatenate([low[ahead], high[against]])
     to = np.concatenate([high[ahead], low[against]])
     lengths = np.concatenate([length[ahead], length[against]])
-    backward = np.repeat([0, 1], [ahead.sum(), against.sum()])
+    backward = np.repeat([False, True], [ahead.sum(), against.sum()])
     order = np.lexsort((to, start))
     first = np.searchsorted(start[order], np.arange(len(sections.neighbours) + 1))
-    return Steps(first, to[order], lengths[order], backward[order])
+    columns = (first, to[order], lengths[order], backward[order])
+    return Steps(*(column.tolist() for column in columns))
 
 
-def _junction(row: int, tags: Tags, steps: Steps, neighbours: Rows, distance: float) -> int | None:
+def _junction(
+    row: int, tags: Tags, steps: Steps, neighbours: list[int], distance: float
+) -> int | None:
     """The row of the junction that a signal controls, None if it controls none."""
     if neighbours[row] >= JUNCTION:
         return row
@@ -137,30 +140,31 @@ def _junction(row: int, tags: Tags, steps: Steps, neighbours: Rows, distance: fl
         distance = min(distance, CROSSING_DISTANCE)
     side = tags.get("traffic_signals:direction")
     reached = []
-    for to, length, backward in steps.from_node(row):
-        if side in ("forward", "backward") and backward != (side == "backward"):
+    for step in steps.from_node(row):
+        if side in ("forward", "backward") and steps.backward[step] != (side == "backward"):
             continue
-        found = _next_junction(row, to, length, steps, (neighbours, distance))
+        found = _next_junction(row, step, steps, neighbours, distance)
         if found is not None:
             reached.append(found)
     return min(reached)[1] if reached else None
 
 
 def _next_junction(
-    before: int, at: int, covered: float, steps: Steps, limits: tuple[Rows, float]
+    before: int, step: int, steps: Steps, neighbours: list[int], distance: float
 ) -> tuple[float, int] | None:
-    """Go on from ``at``, where one came to from ``before``: how far and where a junction is."""
-    neighbours, distance = limits
+    """Go on along a piece of road from the node ``before``: how far and where a junction is."""
+    covered = 0.0
     for _ in range(MOST_STEPS):
+        at = steps.to[step]
+        covered += steps.length[step]
         if covered > distance:
             return None
         if neighbours[at] >= JUNCTION:
             return covered, at
-        onward = [step for step in steps.from_node(at) if step[0] != before]
+        onward = [other for other in steps.from_node(at) if steps.to[other] != before]
         if not onward:
             return None
-        before, (at, length, _) = at, onward[0]
-        covered += length
+        before, step = at, onward[0]
     return None  # nodes at one place, round and round
 
 
