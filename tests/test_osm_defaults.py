@@ -1,0 +1,160 @@
+"""The tables of what is assumed: shipped, one's own laid over them, and what is wrong in those."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from osm_files import both_ways, node, read, read_data, way
+
+from uxsim_geo.errors import InputError
+from uxsim_geo.network.osm import read_osm_network
+from uxsim_geo.network.osm_defaults import read_defaults
+from uxsim_geo.network.osm_options import ROAD_CLASSES, OsmOptions
+
+CLASSES = "country,road_class,speed,lanes,merge_priority\n"
+ZONES = "country,zone,speed\n"
+
+
+def own_classes(folder: Path, rows: str, country: str = "default") -> OsmOptions:
+    path = folder / "classes.csv"
+    path.write_text(CLASSES + rows, encoding="utf-8")
+    return OsmOptions(class_table=path, country=country)
+
+
+def own_zones(folder: Path, rows: str) -> OsmOptions:
+    path = folder / "zones.csv"
+    path.write_text(ZONES + rows, encoding="utf-8")
+    return OsmOptions(zone_table=path)
+
+
+@pytest.mark.parametrize("road_class", ROAD_CLASSES)
+def test_the_default_rows_are_complete_and_sensible(road_class: str) -> None:
+    defaults = read_defaults(OsmOptions())
+    assert 10 / 3.6 <= defaults.speed("default", road_class) <= 130 / 3.6
+    assert defaults.lanes("default", road_class) in (1, 2)
+    assert 0 < defaults.merge_priority("default", road_class) <= 10
+
+
+def test_larger_roads_go_first_where_links_meet() -> None:
+    defaults = read_defaults(OsmOptions())
+    names = ("motorway", "trunk", "primary", "secondary", "tertiary", "unclassified", "residential")
+    weights = [defaults.merge_priority("default", name) for name in names]
+    assert weights == sorted(set(weights), reverse=True)
+
+
+def test_own_rows_go_before_the_shipped_ones_cell_by_cell(tmp_path: Path) -> None:
+    options = own_classes(tmp_path, "default,residential,20 mph,2,\nDE,motorway,,4,\n")
+    defaults = read_defaults(options)
+    assert defaults.speed("default", "residential") == pytest.approx(20 * 0.44704)
+    assert defaults.lanes("FR", "residential") == 2
+    assert defaults.merge_priority("default", "residential") == 1.0  # shipped
+    assert defaults.lanes("DE", "motorway") == 4
+    assert defaults.speed("DE", "motorway") == pytest.approx(130 / 3.6)  # shipped
+    assert defaults.lanes("default", "motorway") == 2
+    network = read_osm_network(Path(__file__).parent / "data" / "osm" / "lanes.osm", options)
+    assert both_ways(network, "nothing", "lanes") == (2, 2)
+    assert both_ways(network, "nothing", "merge_priority") == (1.0, 1.0)
+
+
+def test_a_country_of_ones_own(tmp_path: Path) -> None:
+    options = own_classes(tmp_path, "ZZ,residential,25,,\n", country="ZZ")
+    network = read(tmp_path, node(1, 0, 0), node(2, 1, 0), way(10, [1, 2]), options=options)
+    assert network.links["free_speed"].tolist() == pytest.approx([25 / 3.6] * 2)
+
+
+def test_own_zones(tmp_path: Path) -> None:
+    defaults = read_defaults(
+        own_zones(tmp_path, "DE,urban,40\nDE,City Centre,15\ndefault,none,100\n")
+    )
+    assert defaults.zone("DE", "urban") == pytest.approx(40 / 3.6)
+    assert defaults.zone("DE", "city centre") == pytest.approx(15 / 3.6)
+    assert defaults.zone("FR", "urban") == pytest.approx(50 / 3.6)
+    assert defaults.zone("DE", "none") == pytest.approx(100 / 3.6)
+    assert defaults.zone("DE", "nowhere") is None
+
+
+def test_merge_priorities_are_those_of_the_class() -> None:
+    links = read_data("shapes.osm").links
+    assert set(links["merge_priority"][links["road_class"] == "tertiary"]) == {3.0}
+    assert set(links["merge_priority"][links["road_class"] == "residential"]) == {1.0}
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        ("default,street,50,1,1\n", "street"),
+        ("default,residential,fast,1,1\n", "must be a speed"),
+        ("default,residential,0,1,1\n", "must be a speed"),
+        ("default,residential,30;50,1,1\n", "must be a speed"),
+        ("default,residential,30,1.5,1\n", "must be a whole number"),
+        ("default,residential,30,0,1\n", "must be a whole number"),
+        ("default,residential,30,inf,1\n", "must be a whole number"),
+        ("default,residential,30,1,nan\n", "must be above 0"),
+        ("default,residential,30,1,-1\n", "must be above 0"),
+        ("default,residential,30,1\n", "4 values under 5 names"),
+        (",residential,30,1,1\n", "must name a country"),
+        ("DE,residential,30,1,1\n" * 2, "more than once"),
+        ("GB,residential,30,1,1\nUK,residential,30,1,1\n", "more than once"),
+        ('"DE,residential\n', "is not a CSV table"),
+    ],
+)
+def test_faults_of_own_tables_are_told_with_their_line(tmp_path: Path, rows: str, why: str) -> None:
+    with pytest.raises(InputError, match=why) as raised:
+        read_defaults(own_classes(tmp_path, rows))
+    assert all(fault.line for fault in raised.value.faults)
+
+
+def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
+    rows = "default,street,50,1,1\ndefault,residential,fast,0,-1\n"
+    with pytest.raises(InputError) as raised:
+        read_defaults(own_classes(tmp_path, rows, country="QQ"))
+    assert len(raised.value.faults) == 5
+
+
+@pytest.mark.parametrize("content", ["", "country;road_class;speed\n", "a,b\n1,2\n", "\0"])
+def test_tables_that_are_none_are_told(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "classes.csv"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(InputError):
+        read_defaults(OsmOptions(class_table=path))
+    with pytest.raises(InputError, match="no such file"):
+        read_defaults(OsmOptions(zone_table=tmp_path / "absent.csv"))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"road_classes": ()},
+        {"road_classes": ("motorway", "footway")},
+        {"driving_side": "middle"},
+        {"jam_density": 0.0},
+        {"signal_distance": float("nan")},
+        {"max_unpacked_mb": -1.0},
+    ],
+)
+def test_options_that_mean_nothing_are_refused(changes: dict[str, object]) -> None:
+    with pytest.raises(InputError, match=next(iter(changes))):
+        OsmOptions(**changes)  # type: ignore[arg-type]
+
+
+def test_an_unknown_country_names_those_known() -> None:
+    with pytest.raises(InputError, match=r"country: must be default or one of .*DE.*ATLANTIS"):
+        read_defaults(OsmOptions(country="ATLANTIS"))
+
+
+def test_options_reach_the_tables(tmp_path: Path) -> None:
+    street = (node(1, 0, 0), node(2, 1, 0), way(10, [1, 2]))
+    network = read(tmp_path, *street, options=OsmOptions(jam_density=0.15, driving_side="left"))
+    assert set(network.links["jam_density"]) == {0.15}
+    notes = network.notes.set_index("topic")["value"]
+    assert notes["driving side"] == "left"
+
+
+def test_progress_is_told_from_nothing_to_all() -> None:
+    told: list[tuple[str, float]] = []
+    path = Path(__file__).parent / "data" / "osm" / "lanes.osm"
+    read_osm_network(path, OsmOptions(), progress=lambda what, share: told.append((what, share)))
+    shares = [share for _, share in told]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)

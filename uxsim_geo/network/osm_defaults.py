@@ -1,0 +1,166 @@
+"""What is assumed where a file is silent: tables by country and road class, or by zone.
+
+``osm_road_classes.csv``: country, road_class, speed (as the tag maxspeed writes it: ``50``,
+``30 mph``), lanes (of one direction), merge_priority (weight where links meet).
+``osm_zone_speeds.csv``: country, zone, speed: what the law makes of ``DE:urban`` and the like.
+
+Rows of ``default`` hold where a country has no row or an empty cell; one with a region
+(``BE-VLG``) falls back to its country first. A table of one's own has the same columns; its
+rows take precedence over those shipped, cell by cell.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from uxsim_geo.errors import Faults
+from uxsim_geo.network.osm_options import ROAD_CLASSES, OsmOptions
+from uxsim_geo.network.osm_speeds import FASTEST, SLOWEST, parse_numbers
+from uxsim_geo.network.text import read_lines
+
+CLASS_COLUMNS = ("country", "road_class", "speed", "lanes", "merge_priority")
+ZONE_COLUMNS = ("country", "zone", "speed")
+
+SHIPPED_CLASSES = Path(__file__).with_name("osm_road_classes.csv")
+SHIPPED_ZONES = Path(__file__).with_name("osm_zone_speeds.csv")
+
+#: codes that mean the same country
+SAME = {"UK": "GB"}
+
+Cells = dict[tuple[str, str, str], float]
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """The tables: (country, road class or zone, column) to a number in SI units."""
+
+    classes: Cells
+    zones: Cells
+
+    def speed(self, country: str, road_class: str) -> float:
+        """The free speed assumed, m/s."""
+        return self._of_class(country, road_class, "speed")
+
+    def lanes(self, country: str, road_class: str) -> int:
+        """The lanes assumed in one direction."""
+        return int(self._of_class(country, road_class, "lanes"))
+
+    def merge_priority(self, country: str, road_class: str) -> float:
+        """The weight of a link of this class where links meet."""
+        return self._of_class(country, road_class, "merge_priority")
+
+    def zone(self, country: str, zone: str) -> float | None:
+        """The speed in a zone, m/s; None where no table knows such a zone."""
+        return _look_up(self.zones, country, zone, "speed")
+
+    def _of_class(self, country: str, road_class: str, column: str) -> float:
+        value = _look_up(self.classes, country, road_class, column)
+        assert value is not None, "the default rows are complete"
+        return value
+
+
+def _look_up(cells: Cells, country: str, row: str, column: str) -> float | None:
+    country = SAME.get(country, country)
+    for place in (country, country.partition("-")[0], "default"):
+        value = cells.get((place, row, column))
+        if value is not None:
+            return value
+    return None
+
+
+def read_defaults(options: OsmOptions) -> Defaults:
+    """The shipped tables with the rows of the options' own laid over them.
+
+    Raises :class:`uxsim_geo.errors.InputError` with every fault of the tables, and if they do not
+    know the country.
+    """
+    faults = Faults()
+    classes: Cells = {}
+    zones: Cells = {}
+    for path in (SHIPPED_CLASSES, options.class_table):
+        if path is not None:
+            classes |= _read(path, CLASS_COLUMNS, faults)
+    for path in (SHIPPED_ZONES, options.zone_table):
+        if path is not None:
+            zones |= _read(path, ZONE_COLUMNS, faults)
+    countries = sorted({SAME.get(key[0], key[0]) for key in (*classes, *zones)} - {"default"})
+    country = SAME.get(options.country, options.country)
+    if country != "default" and country.partition("-")[0] not in countries:
+        what = f"must be default or one of {', '.join(countries)}, or have rows in a class_table"
+        own = Faults("options of the network")
+        own.add(what, column="country", value=options.country)
+        faults.extend(own)
+    faults.raise_if_any()
+    return Defaults(classes, zones)
+
+
+def _read(path: Path, columns: tuple[str, ...], faults: Faults) -> Cells:
+    own = Faults(str(path))
+    cells: Cells = {}
+    seen: set[tuple[str, str]] = set()
+    for line, row in _rows(path, columns, own):
+        country, name = SAME.get(row["country"], row["country"]), row[columns[1]].lower()
+        if (country, name) in seen:
+            own.add("stands there more than once", line=line, value=f"{country},{name}")
+        seen.add((country, name))
+        if not country or not name:
+            own.add(f"must name a country (or default) and a {columns[1]}", line=line)
+        if columns[1] == "road_class" and name not in ROAD_CLASSES:
+            what = f"must be among {', '.join(ROAD_CLASSES)}"
+            own.add(what, line=line, column="road_class", value=name)
+        for column in columns[2:]:
+            if row[column]:
+                cells[country, name, column] = _number(row[column], column, line, own)
+    faults.extend(own)
+    return cells
+
+
+def _rows(
+    path: Path, columns: tuple[str, ...], faults: Faults
+) -> Iterator[tuple[int, dict[str, str]]]:
+    """Rows of a CSV file with exactly these columns, and the lines they stand on."""
+    reader = csv.reader(read_lines(path, faults) or [], strict=True)
+    try:
+        header = [cell.strip() for cell in next(reader, [])]
+        if faults.found:
+            return
+        if sorted(header) != sorted(columns):
+            what = f"must have the columns {', '.join(columns)}, separated by commas"
+            faults.add(what, line=1, value=",".join(header))
+            return
+        for row in reader:
+            if not any(cell.strip() for cell in row):
+                continue
+            if len(row) == len(header):
+                found = (cell.strip() for cell in row)
+                yield reader.line_num, dict(zip(header, found, strict=True))
+            else:
+                what = f"the row has {len(row)} values under {len(header)} names"
+                faults.add(what, line=reader.line_num, value=",".join(row))
+    except csv.Error as error:
+        faults.add(f"is not a CSV table: {error}", line=reader.line_num)
+
+
+def _number(text: str, column: str, line: int, faults: Faults) -> float:
+    """The cell in SI units; NaN, with a fault, if it is no such number."""
+    if column == "speed":
+        speeds = parse_numbers(text)
+        if len(speeds) == 1 and SLOWEST <= speeds[0] <= FASTEST:
+            return speeds[0]
+        faults.add(
+            "must be a speed as 50 or 30 mph, 1 to 250 km/h", line=line, column=column, value=text
+        )
+        return math.nan
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    whole = column != "lanes" or (value % 1 == 0 and value <= 20)
+    if not (0 < value < math.inf and whole):
+        what = "must be a whole number from 1 to 20" if column == "lanes" else "must be above 0"
+        faults.add(what, line=line, column=column, value=text)
+    return value
