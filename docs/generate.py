@@ -91,6 +91,8 @@ def _type_name(annotation: object) -> str:
         return f"list out of {_type_name(arguments[0]).replace(' or ', ', ')}"
     if origin is tuple:
         return f"list of {_type_name(arguments[0])}s" if ... in arguments else "pair"
+    if origin is dict:
+        return f"pairs of text and {_type_name(arguments[1])}"
     if origin is not None:
         return " or ".join(map(_type_name, arguments))
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):

@@ -3,31 +3,21 @@
 from __future__ import annotations
 
 import typing
-from dataclasses import fields
 from datetime import UTC, datetime
 from typing import Annotated, Literal, Self
 
 from pydantic import (
     AfterValidator,
     AwareDatetime,
-    BeforeValidator,
     Field,
     model_validator,
 )
 
-from pipeline.config_keys import Id, InputFile, LocatedSection, Section
+from pipeline.config_keys import LocatedSection, Section
 from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
+from pipeline.ingest_config import IngestSection
 from pipeline.plot_config import PlotEntry
-from uxsim_geo.demand.profile import TripsOptions
-from uxsim_geo.network.tntp_options import (
-    CapacityFrom,
-    Centroids,
-    Connectors,
-    FreeSpeedFrom,
-    TntpOptions,
-)
-from uxsim_geo.network.units import Quantity, parse_unit
 from uxsim_geo.settings import Settings
 
 
@@ -38,135 +28,11 @@ def _in_utc(instant: datetime) -> datetime:
         raise ValueError("must lie in the years 1 to 9999, also in UTC") from None
 
 
-def _one_or_many(value: object) -> object:
-    return [value] if isinstance(value, dict) else value
-
-
 #: what a report can hold; ``pipeline.report`` has one function for each
 Output = Literal["geopackage", "space_time"]
 
 
-def _unit_of(quantity: Quantity) -> AfterValidator:
-    def check(text: str) -> str:
-        parse_unit(text, quantity)
-        return text
-
-    return AfterValidator(check)
-
-
-LengthUnit = Annotated[str, _unit_of("length")]
-TimeUnit = Annotated[str, _unit_of("time")]
-SpeedUnit = Annotated[str, _unit_of("speed")]
-CapacityUnit = Annotated[str, _unit_of("capacity")]
-ProfileStep = Annotated[tuple[float, float], Field(strict=False)]
 Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
-
-
-class TripsEntry(Section):
-    """One trips file, and when its trips are made."""
-
-    file: InputFile = Field(description="trips file, TNTP")
-    demand_period_s: float = Field(
-        gt=0, description="length of the period over which the file's trips depart, s"
-    )
-    start_s: float = Field(0.0, ge=0, description="begin of that period, s after the start")
-    factor: float = Field(1.0, gt=0, description="the file's trips are multiplied by this number")
-    profile: tuple[ProfileStep, ...] = Field(
-        (),
-        strict=False,
-        description="pairs [until_s, share]: until that time, s from start_s, this share of the "
-        "trips departs evenly; only the ratios of the shares count; the last time is "
-        "demand_period_s; empty: all evenly",
-    )
-    driver_class: Id | None = Field(
-        None, alias="class", description="of simulate.classes, to which its drivers belong"
-    )
-
-    @model_validator(mode="after")
-    def _agrees(self) -> Self:
-        self.trips_options()
-        return self
-
-    def trips_options(self) -> TripsOptions:
-        """Return what the reader of the trips is told."""
-        return TripsOptions(self.demand_period_s, self.factor, self.start_s, self.profile)
-
-
-TripsEntries = Annotated[
-    tuple[TripsEntry, ...],
-    BeforeValidator(_one_or_many, json_schema_input_type=TripsEntry | tuple[TripsEntry, ...]),
-]
-
-
-class IngestSection(Section):
-    """Where network and demand come from, and what the figures in the files mean."""
-
-    format: Literal["tntp"] = Field("tntp", description="format of the files")
-    net: InputFile = Field(description="network file, TNTP")
-    nodes: InputFile | None = Field(None, description="file of coordinates, TNTP or GeoJSON")
-    flow: InputFile | None = Field(None, description="file of assigned flows, TNTP")
-    trips: TripsEntries = Field(
-        min_length=1, strict=False, description="a trips file and its period, or a list of them"
-    )
-    overrides: InputFile | None = Field(
-        None, description="table that replaces link attributes, by link_id; CSV or GeoPackage"
-    )
-    crs: str | None = Field(
-        None, description="of the coordinates, as EPSG:4326; none: of no known system"
-    )
-    length_unit: LengthUnit | None = Field(
-        None, description="of column length: m, km, ft, mi, or a multiple as 0.5 km"
-    )
-    time_unit: TimeUnit | None = Field(
-        None, description="of column free_flow_time: s, min, h, day, or a multiple as 0.01 h"
-    )
-    speed_unit: SpeedUnit | None = Field(
-        None, description="of column speed: km/h, mph, m/s, ft/min ..."
-    )
-    capacity_unit: CapacityUnit | None = Field(
-        None, description="of column capacity: veh/h, veh/day ..., or veh/h/lane"
-    )
-    free_speed_from: FreeSpeedFrom = Field(
-        "time", description="time: length / free_flow_time; speed: column speed"
-    )
-    min_speed: float = Field(3.0, gt=0, description="lower free speeds are raised to this, m/s")
-    max_speed: float = Field(40.0, gt=0, description="higher free speeds are cut to this, m/s")
-    capacity: CapacityFrom = Field(
-        "file",
-        description="file: kept exactly; diagram: follows from speed, lanes and jam density",
-    )
-    lane_capacity: float = Field(
-        1800.0,
-        gt=0,
-        description="lanes = capacity / this, rounded, at least 1, where the file has no lanes; "
-        "veh/h of one lane",
-    )
-    infinite_capacity: float = Field(
-        45_000.0, gt=0, description="capacities from here on mean no limit; in capacity_unit"
-    )
-    jam_density: float = Field(0.2, gt=0, description="veh/m of one lane")
-    centroids: Centroids = Field(
-        "auto",
-        description="auto: nodes below the first thru node, or zones whose every link takes no "
-        "time or has infinite capacity; none: every node lets traffic through",
-    )
-    first_thru_node: int | None = Field(
-        None, ge=1, description="in place of the file's, where that is missing or wrong"
-    )
-    connectors: Connectors = Field(
-        "collapse",
-        description="collapse: links at centroids are dropped, trips start and end at the nodes "
-        "they led to; keep: they stay, and centroids let no traffic through",
-    )
-
-    @model_validator(mode="after")
-    def _agrees(self) -> Self:
-        self.network_options()
-        return self
-
-    def network_options(self) -> TntpOptions:
-        """Return what the reader of the network is told."""
-        return TntpOptions(**{key.name: getattr(self, key.name) for key in fields(TntpOptions)})
 
 
 class SimulateSection(LocatedSection):

@@ -177,7 +177,11 @@ def _dotted(place: Place) -> str:
 
 
 def _help(place: Place) -> str | None:
-    return dict(iterate_keys())[_dotted(place)].description
+    """What the key at a place means; of an entry of pairs what they are."""
+    keys, dotted = dict(iterate_keys()), _dotted(place)
+    while dotted not in keys:
+        dotted = dotted.rpartition(".")[0]
+    return keys[dotted].description
 
 
 def _follows(details: ErrorDetails) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -184,12 +184,19 @@ class Period(Section):
 
 def files_in(section: Section) -> Iterator[Path]:
     """Yield the files that a section and all in it name."""
-    values = [value for _, value in section]
-    while values:
-        value = values.pop(0)
-        if isinstance(value, Path):
-            yield value
-        elif isinstance(value, Section):
-            values += [one for _, one in value]
-        elif isinstance(value, tuple):
-            values += value
+    yield from named_files(section).values()
+
+
+def named_files(value: object, name: str = "") -> dict[str, Path]:
+    """Return the files that a section and all in it name, by the keys that do so: trips.0.file."""
+    if isinstance(value, Path):
+        return {name: value}
+    parts: Iterable[tuple[object, object]] = ()
+    if isinstance(value, Section):
+        parts = value
+    elif isinstance(value, tuple):
+        parts = enumerate(value)
+    found: dict[str, Path] = {}
+    for key, part in parts:
+        found |= named_files(part, f"{name}.{key}" if name else str(key))
+    return found

@@ -40,11 +40,16 @@ def class_faults(config: Config, document: YamlSource) -> list[Fault]:
 def _faults_of_trips(config: Config, document: YamlSource) -> Iterator[Fault]:
     """Yield a fault for every entry of trips whose class nobody describes."""
     known = dict.fromkeys([*(one.name for one in config.simulate.classes), DEFAULT])
-    for number, trips in enumerate(config.ingest.trips):
-        if trips.driver_class is not None and trips.driver_class not in known:
-            place = document.as_written(("ingest", "trips", number, "class"))
-            what = f"simulate.classes does not describe it; there are {', '.join(known)}"
-            yield _fault(what, place, document.origin(place), trips.driver_class)
+    named = {
+        "trips": [entry.driver_class for entry in config.ingest.trips],
+        "demand": [entry.driver_class for entry in config.ingest.demand],
+    }
+    for key, names in named.items():
+        for number, name in enumerate(names):
+            if name is not None and name not in known:
+                place = document.as_written(("ingest", key, number, "class"))
+                what = f"simulate.classes does not describe it; there are {', '.join(known)}"
+                yield _fault(what, place, document.origin(place), name)
 
 
 def as_written(faults: Iterable[Fault], section: SimulateSection) -> list[Fault]:

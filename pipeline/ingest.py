@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.config import Config, IngestSection
+from pipeline.config import Config
+from pipeline.config_keys import named_files
+from pipeline.demand_sources import of_class, read_demand_entries
+from pipeline.ingest_config import IngestSection
 from pipeline.runs import RunFolder
 from pipeline.stages import Outcome, Stage, Task
 from pipeline.warned import number_in_words, warnings_in
@@ -16,6 +19,9 @@ if TYPE_CHECKING:
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.network.network import Network
 
+#: told what is being done, and how far it has come, 0 to 1
+Progress = Callable[[str, float], None]
+
 #: where the tables lie in a run folder
 NETWORK = "network"
 DEMAND = "demand.parquet"
@@ -23,11 +29,7 @@ DEMAND_NOTES = "demand_notes.parquet"
 
 
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG001
-    section = config.ingest
-    named = {"net": section.net, "nodes": section.nodes, "flow": section.flow}
-    named["overrides"] = section.overrides
-    named |= {f"trips.{number}": entry.file for number, entry in enumerate(section.trips)}
-    return {name: path for name, path in named.items() if path is not None}
+    return named_files(config.ingest)
 
 
 def _run(task: Task) -> Outcome:
@@ -36,7 +38,7 @@ def _run(task: Task) -> Outcome:
     from uxsim_geo.demand.files import write_demand
     from uxsim_geo.network.files import write_network
 
-    network, demand = read_sources(task.config.ingest)
+    network, demand = read_sources(task.config.ingest, task.watch.drawn)
     task.begin_writing()
     paths = write_network(network, task.folder / NETWORK)
     paths += write_demand(demand, task.folder / DEMAND)
@@ -48,28 +50,27 @@ def _run(task: Task) -> Outcome:
 STAGE = Stage("ingest", ("ingest",), _inputs, _run)
 
 
-def read_sources(section: IngestSection) -> tuple[Network, Demand]:
+def read_sources(
+    section: IngestSection, progress: Progress | None = None
+) -> tuple[Network, Demand]:
     """Read network and demand, corrected by the overrides.
 
-    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong in the files; what needs
-    the network can only be checked once that is right.
+    ``progress`` is told what is being done and how far it has come, 0 to 1. Raises
+    :class:`uxsim_geo.errors.InputError` with all that is wrong in the files; what needs the network
+    can only be checked once that is right.
     """
     import pandas as pd
 
+    from uxsim_geo.control.drivers import DEFAULT
     from uxsim_geo.demand.demand import Demand
-    from uxsim_geo.demand.tntp import read_tntp_trips
     from uxsim_geo.network.overrides import apply_overrides
-    from uxsim_geo.network.tntp import read_tntp_network
 
-    options = section.network_options()
-    network = read_tntp_network(section.net, options, nodes=section.nodes, flow=section.flow)
-    classes_named = any(entry.driver_class is not None for entry in section.trips)
+    network = NETWORKS[section.format](section, progress)
     faults: list[Fault] = []
     demands: list[Demand] = []
-    for entry in section.trips:
+    for read in (_tntp_trips, _other_demand):
         try:
-            demand = read_tntp_trips(entry.file, entry.trips_options(), network)
-            demands.append(_of_class(demand, entry.driver_class) if classes_named else demand)
+            demands += read(section, network)
         except InputError as error:
             faults += error.faults
     if section.overrides is not None:
@@ -80,15 +81,53 @@ def read_sources(section: IngestSection) -> tuple[Network, Demand]:
     if faults:
         raise InputError(faults)
     table = pd.concat([demand.table for demand in demands], ignore_index=True)
+    if "class" in table:
+        table["class"] = table["class"].fillna(DEFAULT)
     notes = pd.concat([demand.notes for demand in demands], ignore_index=True)
     return network, Demand(table, notes)
 
 
-def _of_class(demand: Demand, name: str | None) -> Demand:
-    """Return a demand all of whose rows name a class of drivers."""
-    from uxsim_geo.control.drivers import DEFAULT
+def _tntp_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+    from uxsim_geo.network.tntp import read_tntp_network
 
-    return replace(demand, table=demand.table.assign(**{"class": name or DEFAULT}))
+    assert section.net is not None
+    options = section.network_options()
+    return read_tntp_network(section.net, options, nodes=section.nodes, flow=section.flow)
+
+
+def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
+    from uxsim_geo.network.osm import read_osm_network
+
+    assert section.osm is not None
+    options = section.osm.options(section.jam_density)
+    return read_osm_network(section.osm.file, options, progress=progress)
+
+
+#: one reader a format
+NETWORKS: dict[str, Callable[[IngestSection, Progress | None], Network]] = {
+    "tntp": _tntp_network,
+    "osm": _osm_network,
+}
+
+
+def _tntp_trips(section: IngestSection, network: Network) -> list[Demand]:
+    from uxsim_geo.demand.tntp import read_tntp_trips
+
+    faults: list[Fault] = []
+    demands: list[Demand] = []
+    for entry in section.trips:
+        try:
+            demand = read_tntp_trips(entry.file, entry.trips_options(), network)
+            demands.append(of_class(demand, entry.driver_class))
+        except InputError as error:
+            faults += error.faults
+    if faults:
+        raise InputError(faults)
+    return demands
+
+
+def _other_demand(section: IngestSection, network: Network) -> list[Demand]:
+    return read_demand_entries(section.demand, network)
 
 
 def _words(network: Network, demand: Demand) -> str:

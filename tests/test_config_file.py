@@ -12,8 +12,9 @@ import yaml
 from conftest import REPOSITORY
 from small_run import CONFIG, write_small_run
 
-from pipeline.config import Config, IngestSection, ReportSection, SimulateSection, TripsEntry
+from pipeline.config import Config, ReportSection, SimulateSection
 from pipeline.config_file import iterate_keys, load_config, write_config
+from pipeline.ingest_config import IngestSection, TripsEntry
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.tntp_options import TntpOptions

@@ -170,7 +170,7 @@ def test_manifest_vouches_for_every_file(done: Path) -> None:
     found = {name: hashlib.sha256(bytes_).hexdigest() for name, bytes_ in contents(done).items()}
     assert recorded == found
     sources = data["stages"]["ingest"]["inputs"]
-    assert sorted(sources) == ["net", "nodes", "trips.0"]
+    assert sorted(sources) == ["net", "nodes", "trips.0.file"]
     net = (done / "net.tntp").read_bytes()
     digest = hashlib.sha256(net).hexdigest()
     assert sources["net"] == {"path": "../net.tntp", "sha256": digest, "size": len(net)}
@@ -235,11 +235,11 @@ def test_a_picture_that_cannot_be_drawn_is_a_problem_and_the_rest_is_written(
     monkeypatch.setitem(report.OUTPUTS, "space_time", ("space_time.png", fail))
     config = load_config(done / "small.yaml", ["report.outputs=[space_time, geopackage]"])
     run = Run(config, RunFolder(done / "run"), Listener(), ["test"], STAGES)
-    assert run.execute("report") == ["space_time.png could not be drawn: no library to draw with"]
+    assert run.execute("report") == ["space_time.png could not be written: no library to draw with"]
     assert (done / "run/results.gpkg").exists()
     assert not run.is_current(report.STAGE)
     assert verify_run(done / "run").wrong == [
-        "report: space_time.png could not be drawn: no library to draw with"
+        "report: space_time.png could not be written: no library to draw with"
     ]
 
 

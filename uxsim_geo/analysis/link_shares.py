@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.observations import COUNT, INTERVAL, LINK, check_observations
-from uxsim_geo.analysis.passages import Integers
 from uxsim_geo.analysis.subsets import link_rows, node_rows
+from uxsim_geo.analysis.types import Integers
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import class_of_rows
 from uxsim_geo.errors import Faults
