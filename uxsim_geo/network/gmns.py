@@ -1,0 +1,196 @@
+"""GMNS folders to network tables: the entry point, and what ties nodes and links together.
+
+Specification: General Modeling Network Specification 0.97, github.com/zephyr-data-specs/GMNS.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.network.csv_table import id_cells
+from uxsim_geo.network.gmns_columns import Described, extra_columns, in_order, read_described
+from uxsim_geo.network.gmns_geometry import lines_along, read_lines_of_links
+from uxsim_geo.network.gmns_links import add_link_id_faults, read_links, with_both_directions
+from uxsim_geo.network.gmns_movements import add_movement_faults, read_movements
+from uxsim_geo.network.gmns_nodes import read_nodes
+from uxsim_geo.network.gmns_options import GmnsOptions
+from uxsim_geo.network.gmns_reading import Reading, open_folder
+from uxsim_geo.network.gmns_units import check_lengths
+from uxsim_geo.network.gmns_uses import are_for_motor_vehicles, road_class_column
+from uxsim_geo.network.measure import line_lengths
+from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS, NOTE_COLUMNS, Network
+from uxsim_geo.network.rows import is_among
+
+#: columns of node.csv and link.csv that have a place in the network's tables, or none there
+NODE_USES = (
+    "node_id",
+    "zone_id",
+    "ctrl_type",
+    "x_coord",
+    "y_coord",
+    "geometry",
+    "uxsim_through_traffic",
+)
+LINK_USES = (
+    "link_id",
+    "name",
+    "from_node_id",
+    "to_node_id",
+    "directed",
+    "dir_flag",
+    "geometry",
+    "geometry_id",
+    "length",
+    "lanes",
+    "free_speed",
+    "capacity",
+    "uxsim_jam_density",
+    "uxsim_merge_priority",
+    "uxsim_source_id",
+    "uxsim_lanes_source",
+    "uxsim_free_speed_source",
+)
+
+#: reasons beside each other when a folder was read before, as write_gmns puts them there
+NOTES_FILE = "import_notes.csv"
+
+
+def read_gmns_network(folder: Path, options: GmnsOptions | None = None) -> Network:
+    """Read the nodes, links, geometries, lanes and movements of a GMNS folder, as GeoDataFrames.
+
+    Links that are not for motor vehicles are left out, and nodes at which no others are; of an
+    undirected link ``ID`` there is also ``ID-reverse``. Columns that mean nothing here are kept
+    after the shared ones as ``gmns_`` and their name.
+
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the folder: what cannot
+    be read first, then every cell and reference, then lengths whose unit is evidently another.
+    """
+    reading = open_folder(folder, options or GmnsOptions())
+    nodes = read_nodes(reading)
+    add_link_id_faults(reading, nodes["node_id"])
+    add_movement_faults(reading)
+    kept = are_for_motor_vehicles(reading)
+    table = reading.links.rows(kept)
+    links = read_links(reading, table)
+    drawn = read_lines_of_links(reading, table)
+    described = read_described(
+        reading.tables.get("uxsim_columns"), reading.faults.get("uxsim_columns")
+    )
+    used = (*LINK_USES, road_class_column(table))
+    more = extra_columns(table, used, _of(described, "link"), reading.faults["link"])
+    node_faults = reading.faults["node"]
+    more_of_nodes = extra_columns(reading.nodes, NODE_USES, _of(described, "node"), node_faults)
+    reading.raise_if_any()
+    links["geometry"] = lines_along(reading, links, drawn, nodes)
+    links = _with_lengths(reading, links).join(_within(more, "gmns_parent_link_id", links))
+    links = with_both_directions(
+        links, list(map(str, id_cells(reading.links, "link_id"))), reading.faults["link"]
+    )
+    reading.raise_if_any()
+    movements = read_movements(reading, links)
+    nodes = _nodes_that_stay(reading, nodes.join(more_of_nodes), kept)
+    return _network(reading, described, nodes, links, movements)
+
+
+def _of(described: dict[str, list[Described]], table: str) -> list[Described]:
+    """Of a table, the columns that stand in the file under a name of their own."""
+    return [one for one in described.get(table, []) if one.type != "geometry"]
+
+
+def _within(more: pd.DataFrame, column: str, kept: pd.DataFrame) -> pd.DataFrame:
+    """Without parents that are not there any more."""
+    if column not in more:
+        return more
+    known = kept[column.removeprefix("gmns_parent_")]
+    there = is_among(more[column], known)
+    more = more.assign(**{column: more[column].where(there)})
+    return more if there.any() else more.drop(columns=column)
+
+
+def _with_lengths(reading: Reading, links: pd.DataFrame) -> pd.DataFrame:
+    """Lengths from the geometry where the file has none; those it has are held against it."""
+    lengths = links["length"].to_numpy(dtype=np.float64)
+    drawn = line_lengths(links["geometry"].to_numpy(), reading.crs)
+    unit = reading.options.length_unit or reading.config.length_unit
+    if unit is not None:
+        check_lengths(reading, unit, lengths, drawn)
+    missing = np.isnan(lengths)
+    if not missing.any():
+        return links
+    note = "the length (value, m) is that of the geometry"
+    ids, values = list(links["link_id"][missing]), drawn[missing].tolist()
+    if reading.options.length_from == "geometry":
+        reading.notes.add("length of geometry", "lengths are those of the geometry")
+    else:
+        reading.notes.warn_each("length assumed", note, ids, values)
+    what = "no length: state it, since the geometry "
+    for wrong, why in (
+        (missing if reading.crs is None else missing & False, "is in no known system"),
+        (missing & ~(drawn > 0), "has none either"),
+    ):
+        for link_id in links["link_id"][wrong]:
+            reading.faults["link"].add(what + why, column="length", value=f"link {link_id}")
+        if wrong.any():
+            break
+    return links.assign(length=np.where(missing, drawn, lengths))
+
+
+def _nodes_that_stay(reading: Reading, nodes: pd.DataFrame, kept: np.ndarray) -> pd.DataFrame:
+    """Without the nodes at which every link was left out."""
+    ends = pd.concat([pd.Series(id_cells(reading.links, f"{end}_node_id")) for end in ("from", "to")])
+    here = np.concatenate([kept, kept])
+    gone = is_among(nodes["node_id"], ends[~here]) & ~is_among(nodes["node_id"], ends[here])
+    if gone.any():
+        note = "no link for motor vehicles starts or ends here: left out"
+        ids = list(nodes["node_id"][gone])
+        reading.notes.add_each("unused node", note, ids, element="node")
+    staying = nodes[~gone].reset_index(drop=True)
+    columns = [name for name in staying if name.startswith("gmns_parent_")]
+    return staying.drop(columns=columns).join(
+        _within(staying[columns], "gmns_parent_node_id", staying)
+    )
+
+
+def _network(
+    reading: Reading,
+    described: dict[str, list[Described]],
+    nodes: pd.DataFrame,
+    links: pd.DataFrame,
+    movements: pd.DataFrame,
+) -> Network:
+    import geopandas
+    import shapely
+
+    places = nodes[["x", "y"]].to_numpy(dtype=np.float64)
+    points = nodes.drop(columns=["x", "y", "line"]).assign(geometry=shapely.points(places))
+    lines = links.drop(columns=["direction", "both_ways"])
+    points = points[_ordered(points, (*NODE_COLUMNS, "geometry"))]
+    lines = lines[_ordered(lines, (*LINK_COLUMNS, "geometry"))]
+    points, lines = (
+        in_order(table, described.get(name, []))
+        for name, table in (("node", points), ("link", lines))
+    )
+    notes = pd.concat([_earlier_notes(reading), reading.notes.table()], ignore_index=True)
+    return Network(
+        geopandas.GeoDataFrame(points, geometry="geometry", crs=reading.crs),
+        geopandas.GeoDataFrame(lines, geometry="geometry", crs=reading.crs),
+        movements,
+        notes.drop_duplicates(ignore_index=True),
+    )
+
+
+def _ordered(table: pd.DataFrame, first: tuple[str, ...]) -> list[str]:
+    return [*first, *(name for name in table if name not in first)]
+
+
+def _earlier_notes(reading: Reading) -> pd.DataFrame:
+    """The notes that write_gmns put beside the tables, of the reading before."""
+    table = reading.tables.get("import_notes")
+    if table is None:
+        return pd.DataFrame({name: pd.Series(dtype="str") for name in NOTE_COLUMNS})
+    from uxsim_geo.network.csv_table import text_column
+
+    return pd.DataFrame({name: text_column(table.cells(name)) for name in NOTE_COLUMNS})
