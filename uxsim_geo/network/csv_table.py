@@ -114,9 +114,7 @@ def _rows(text: str, faults: Faults) -> tuple[list[list[str]], list[int]]:
     return rows, lines
 
 
-def _add_width_faults(
-    faults: Faults, width: int, rows: list[list[str]], lines: list[int]
-) -> None:
+def _add_width_faults(faults: Faults, width: int, rows: list[list[str]], lines: list[int]) -> None:
     for row, line in zip(rows, lines, strict=True):
         if len(row) != width and not (len(row) > width and not any(map(str.strip, row[width:]))):
             what = f"the row has {len(row)} values under {width} names"

@@ -23,6 +23,9 @@ FINEST = 10**9
 LONGEST_TEXT = 64
 SMALLEST, LARGEST = 1e-30, 1e30
 
+#: so many digits of a float64 are those of the decimal that it was made of
+USUAL_DIGITS = 15
+
 #: digits that tell every float64 from its neighbours after a multiplication
 MOST_DIGITS = 40
 
@@ -58,16 +61,21 @@ def product(text: str, factor: Fraction) -> float:
     return float(Fraction(Decimal(text)) * factor)
 
 
+def float_text(value: float) -> str:
+    """The shortest decimal that reads back as the same float64: 1800, not 1800.0."""
+    return repr(value).removesuffix(".0")
+
+
 def shortest_text(value: float, factor: Fraction) -> str:
     """The shortest decimal, as far as is easily found, that times ``factor`` is ``value`` again."""
     if factor == 1 or not SMALLEST < abs(value) < LARGEST:
-        return repr(value / float(factor)) if factor != 1 else repr(value)
+        return float_text(value if factor == 1 else value / float(factor))
     exact = Fraction(value) / factor
-    text = repr(float(exact))
+    text = f"{float(exact):.{USUAL_DIGITS}g}"
     if product(text, factor) == value:
         return text
     with localcontext() as context:
-        for digits in range(17, MOST_DIGITS):
+        for digits in range(USUAL_DIGITS + 1, MOST_DIGITS):
             context.prec = digits
             text = str(Decimal(exact.numerator) / Decimal(exact.denominator))
             if product(text, factor) == value:

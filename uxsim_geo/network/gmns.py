@@ -10,8 +10,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.network.csv_table import id_cells
-from uxsim_geo.network.gmns_columns import Described, extra_columns, in_order, read_described
+from uxsim_geo.network.csv_table import id_cells, text_column
+from uxsim_geo.network.gmns_columns import (
+    USED,
+    Described,
+    extra_columns,
+    in_order,
+    read_described,
+)
 from uxsim_geo.network.gmns_geometry import lines_along, read_lines_of_links
 from uxsim_geo.network.gmns_links import add_link_id_faults, read_links, with_both_directions
 from uxsim_geo.network.gmns_movements import add_movement_faults, read_movements
@@ -23,39 +29,6 @@ from uxsim_geo.network.gmns_uses import are_for_motor_vehicles, road_class_colum
 from uxsim_geo.network.measure import line_lengths
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS, NOTE_COLUMNS, Network
 from uxsim_geo.network.rows import is_among
-
-#: columns of node.csv and link.csv that have a place in the network's tables, or none there
-NODE_USES = (
-    "node_id",
-    "zone_id",
-    "ctrl_type",
-    "x_coord",
-    "y_coord",
-    "geometry",
-    "uxsim_through_traffic",
-)
-LINK_USES = (
-    "link_id",
-    "name",
-    "from_node_id",
-    "to_node_id",
-    "directed",
-    "dir_flag",
-    "geometry",
-    "geometry_id",
-    "length",
-    "lanes",
-    "free_speed",
-    "capacity",
-    "uxsim_jam_density",
-    "uxsim_merge_priority",
-    "uxsim_source_id",
-    "uxsim_lanes_source",
-    "uxsim_free_speed_source",
-)
-
-#: reasons beside each other when a folder was read before, as write_gmns puts them there
-NOTES_FILE = "import_notes.csv"
 
 
 def read_gmns_network(folder: Path, options: GmnsOptions | None = None) -> Network:
@@ -79,10 +52,11 @@ def read_gmns_network(folder: Path, options: GmnsOptions | None = None) -> Netwo
     described = read_described(
         reading.tables.get("uxsim_columns"), reading.faults.get("uxsim_columns")
     )
-    used = (*LINK_USES, road_class_column(table))
+    used = {*USED["link"], road_class_column(table)}
     more = extra_columns(table, used, _of(described, "link"), reading.faults["link"])
-    node_faults = reading.faults["node"]
-    more_of_nodes = extra_columns(reading.nodes, NODE_USES, _of(described, "node"), node_faults)
+    more_of_nodes = extra_columns(
+        reading.nodes, USED["node"], _of(described, "node"), reading.faults["node"]
+    )
     reading.raise_if_any()
     links["geometry"] = lines_along(reading, links, drawn, nodes)
     links = _with_lengths(reading, links).join(_within(more, "gmns_parent_link_id", links))
@@ -126,21 +100,19 @@ def _with_lengths(reading: Reading, links: pd.DataFrame) -> pd.DataFrame:
         reading.notes.add("length of geometry", "lengths are those of the geometry")
     else:
         reading.notes.warn_each("length assumed", note, ids, values)
-    what = "no length: state it, since the geometry "
-    for wrong, why in (
-        (missing if reading.crs is None else missing & False, "is in no known system"),
-        (missing & ~(drawn > 0), "has none either"),
-    ):
-        for link_id in links["link_id"][wrong]:
-            reading.faults["link"].add(what + why, column="length", value=f"link {link_id}")
-        if wrong.any():
-            break
+    known = reading.crs is not None
+    why = "has none either" if known else "is in no known reference system"
+    for link_id in links["link_id"][missing & ~(drawn > 0) if known else missing]:
+        what = f"link {link_id} needs a value: its geometry {why}"
+        reading.faults["link"].add(what, column="length")
     return links.assign(length=np.where(missing, drawn, lengths))
 
 
 def _nodes_that_stay(reading: Reading, nodes: pd.DataFrame, kept: np.ndarray) -> pd.DataFrame:
     """Without the nodes at which every link was left out."""
-    ends = pd.concat([pd.Series(id_cells(reading.links, f"{end}_node_id")) for end in ("from", "to")])
+    ends = pd.concat(
+        [pd.Series(id_cells(reading.links, f"{end}_node_id")) for end in ("from", "to")]
+    )
     here = np.concatenate([kept, kept])
     gone = is_among(nodes["node_id"], ends[~here]) & ~is_among(nodes["node_id"], ends[here])
     if gone.any():
@@ -148,10 +120,7 @@ def _nodes_that_stay(reading: Reading, nodes: pd.DataFrame, kept: np.ndarray) ->
         ids = list(nodes["node_id"][gone])
         reading.notes.add_each("unused node", note, ids, element="node")
     staying = nodes[~gone].reset_index(drop=True)
-    columns = [name for name in staying if name.startswith("gmns_parent_")]
-    return staying.drop(columns=columns).join(
-        _within(staying[columns], "gmns_parent_node_id", staying)
-    )
+    return _within(staying, "gmns_parent_node_id", staying)
 
 
 def _network(
@@ -169,10 +138,8 @@ def _network(
     lines = links.drop(columns=["direction", "both_ways"])
     points = points[_ordered(points, (*NODE_COLUMNS, "geometry"))]
     lines = lines[_ordered(lines, (*LINK_COLUMNS, "geometry"))]
-    points, lines = (
-        in_order(table, described.get(name, []))
-        for name, table in (("node", points), ("link", lines))
-    )
+    points = in_order(points, NODE_COLUMNS, described.get("node", []))
+    lines = in_order(lines, LINK_COLUMNS, described.get("link", []))
     notes = pd.concat([_earlier_notes(reading), reading.notes.table()], ignore_index=True)
     return Network(
         geopandas.GeoDataFrame(points, geometry="geometry", crs=reading.crs),
@@ -183,7 +150,7 @@ def _network(
 
 
 def _ordered(table: pd.DataFrame, first: tuple[str, ...]) -> list[str]:
-    return [*first, *(name for name in table if name not in first)]
+    return [*first, *(str(name) for name in table if name not in first)]
 
 
 def _earlier_notes(reading: Reading) -> pd.DataFrame:
@@ -191,6 +158,4 @@ def _earlier_notes(reading: Reading) -> pd.DataFrame:
     table = reading.tables.get("import_notes")
     if table is None:
         return pd.DataFrame({name: pd.Series(dtype="str") for name in NOTE_COLUMNS})
-    from uxsim_geo.network.csv_table import text_column
-
     return pd.DataFrame({name: text_column(table.cells(name)) for name in NOTE_COLUMNS})

@@ -16,11 +16,49 @@ import pandas as pd
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.csv_table import CsvTable, is_missing, text_column
+from uxsim_geo.network.exact import float_text
+from uxsim_geo.network.gmns_tables import COLUMNS
 from uxsim_geo.network.tntp_rows import number
 
 OWN, FOREIGN = "uxsim_", "gmns_"
 
 TYPES = ("str", "float64", "int64", "bool")
+
+#: columns of the files that the reader makes something of, or that have no meaning here
+USED = {
+    "node": {
+        "node_id",
+        "zone_id",
+        "ctrl_type",
+        "x_coord",
+        "y_coord",
+        "geometry",
+        "uxsim_through_traffic",
+    },
+    "link": {
+        "link_id",
+        "name",
+        "from_node_id",
+        "to_node_id",
+        "directed",
+        "dir_flag",
+        "geometry",
+        "geometry_id",
+        "facility_type",
+        "length",
+        "lanes",
+        "free_speed",
+        "capacity",
+        "uxsim_jam_density",
+        "uxsim_merge_priority",
+        "uxsim_source_id",
+        "uxsim_lanes_source",
+        "uxsim_free_speed_source",
+    },
+    "demand": set(),
+}
+
+NUMBERS = {"float64": np.dtype(np.float64), "int64": np.dtype(np.int64)}
 
 #: a blank cell of text is a null, or a text without a letter
 BLANKS = ("null", "empty")
@@ -119,14 +157,34 @@ def _checked(
     return pd.Series([values.get(cell, default) for cell in cells], dtype=known.type)
 
 
-def in_order(table: pd.DataFrame, described: Sequence[Described]) -> pd.DataFrame:
-    """The columns in the order in which they were described, with texts empty where they were."""
+def in_order(
+    table: pd.DataFrame, shared: Sequence[str], described: Sequence[Described]
+) -> pd.DataFrame:
+    """The columns as they were described: in their order and types, texts empty where they were.
+
+    Of the ``shared`` columns those that were not there then are left out again.
+    """
     if not described:
         return table
-    empty = {one.column for one in described if one.blank == "empty" and one.column in table}
-    table = table.assign(**{name: table[name].fillna("") for name in sorted(empty)})
+    restored = {}
+    for one in described:
+        if one.column in table and one.blank == "empty":
+            restored[one.column] = table[one.column].fillna("")
+        elif one.column in table and one.type in NUMBERS:
+            restored[one.column] = table[one.column].astype(NUMBERS[one.type])
     order = [one.column for one in described if one.column in table]
-    return table[[*order, *(name for name in table if name not in order)]]
+    new = [name for name in table if name not in order and name not in shared]
+    return table.assign(**restored)[[*order, *new]]
+
+
+def place_in_file(name: str, of: str, taken: Collection[str]) -> str:
+    """Under which name a column without a place of its own is written into a table."""
+    plain = name.removeprefix(FOREIGN)
+    known = COLUMNS.get(of, ())
+    free = plain not in taken and plain not in USED[of]
+    if name.startswith(FOREIGN) and free and (plain in known or plain.lower() not in known):
+        return plain
+    return OWN + name
 
 
 def column_type(column: pd.Series) -> str | None:
@@ -146,7 +204,7 @@ def cells_of(column: pd.Series) -> list[str]:
     if column.dtype == np.bool_:
         return ["true" if value else "false" for value in column.tolist()]
     if column.dtype == np.float64:
-        return ["" if value != value else repr(value) for value in column.tolist()]
+        return ["" if value != value else float_text(value) for value in column.tolist()]
     if column.dtype == np.int64:
         return [str(value) for value in column.tolist()]
     return ["" if pd.isna(value) else str(value) for value in column.tolist()]

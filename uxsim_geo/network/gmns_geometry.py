@@ -1,4 +1,4 @@
-"""The lines of GMNS links, from link.csv or geometry.csv, each from its from-node to its to-node."""
+"""The lines of GMNS links, each from its from-node to its to-node."""
 
 from __future__ import annotations
 
@@ -71,9 +71,7 @@ def directions(reading: Reading, table: CsvTable) -> npt.NDArray[np.int64]:
     return np.array([known.get(cell, 0) for cell in cells], dtype=np.int64)
 
 
-def lines_along(
-    reading: Reading, links: pd.DataFrame, drawn: Lines, nodes: pd.DataFrame
-) -> Lines:
+def lines_along(reading: Reading, links: pd.DataFrame, drawn: Lines, nodes: pd.DataFrame) -> Lines:
     """Lines from the from-node to the to-node: turned where needed, straight where there is none.
 
     ``links``: link_id, from_node_id, to_node_id and direction, one a line of ``drawn``. Lines that
@@ -85,7 +83,7 @@ def lines_along(
     place = nodes[["x", "y"]].to_numpy(dtype=np.float64)
     ends = [place[row.get_indexer(links[end])] for end in ("from_node_id", "to_node_id")]
     lines = drawn.copy()
-    missing = np.equal(lines, None)
+    missing = shapely.is_missing(lines)
     lines[missing] = shapely.linestrings(np.stack(ends, axis=1)[missing])
     if missing.any():
         note = "no geometry: a straight line between the nodes"
@@ -111,9 +109,7 @@ def _apart(lines: Lines, ends: list[np.ndarray], reading: Reading) -> np.ndarray
     return np.maximum(*apart)
 
 
-def _note_ends(
-    reading: Reading, link_id: pd.Series, against: np.ndarray, far: np.ndarray
-) -> None:
+def _note_ends(reading: Reading, link_id: pd.Series, against: np.ndarray, far: np.ndarray) -> None:
     note = "the geometry runs against dir_flag, from the to-node to the from-node: turned"
     ids = list(link_id[against])
     reading.notes.warn_each("geometry turned", note, ids, [None] * len(ids))

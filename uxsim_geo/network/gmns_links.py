@@ -1,8 +1,8 @@
 """link.csv to the links of a network, in SI units.
 
-    length     as stated, otherwise that of the geometry
-    lanes      as stated, otherwise the rows of lane.csv, otherwise lanes_where_missing
-    capacity   of a lane and hour in the file, of the whole link and second here
+length     as stated, otherwise that of the geometry
+lanes      as stated, otherwise the rows of lane.csv, otherwise lanes_where_missing
+capacity   of a lane and hour in the file, of the whole link and second here
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ def _add_missing(
 ) -> None:
     """One fault for all links that lack a value, with what would help."""
     rows = np.flatnonzero(missing).tolist()
-    if not rows:
+    if not rows or reading.is_own:  # a network without the value was written: it has none again
         return
     ids, classes = id_cells(table, "link_id"), table.cells(road_class_column(table))
     named = [str(ids[row]) for row in rows[:NAMED_ROWS]]

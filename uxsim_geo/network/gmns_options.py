@@ -10,10 +10,12 @@ from uxsim_geo.errors import Faults
 from uxsim_geo.network.units import Quantity, parse_unit
 
 LengthFrom = Literal["file", "geometry"]
+LengthCheck = Literal["refuse", "warn"]
 Turns = Literal["listed", "all"]
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "length_from": get_args(LengthFrom),
+    "length_check": get_args(LengthCheck),
     "turns": get_args(Turns),
 }
 
@@ -38,6 +40,8 @@ class GmnsOptions:
     length_from
         ``file``: the column length, and where it is empty the length of the geometry;
         ``geometry``: that of the geometry throughout
+    length_check
+        what becomes of lengths that would agree with the geometry in another unit
     uses
         links and lanes are read if one of these stands in their allowed_uses, or nothing does
     leave_out
@@ -57,6 +61,7 @@ class GmnsOptions:
     capacity_unit: str = "veh/h/lane"
     crs: str | None = None
     length_from: LengthFrom = "file"
+    length_check: LengthCheck = "refuse"
     uses: tuple[str, ...] = MOTOR_USES
     leave_out: tuple[str, ...] = ()
     lanes_where_missing: int | None = None

@@ -1,4 +1,4 @@
-"""What every step of reading a GMNS folder needs: its tables, the choices, the faults, the notes."""
+"""What every step of reading a GMNS folder needs: its tables, the choices, faults and notes."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from uxsim_geo.network.gmns_tables import (
     table_path,
 )
 from uxsim_geo.network.measure import parse_crs
+from uxsim_geo.network.network import NOTE_COLUMNS
 from uxsim_geo.network.notes import Notes
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ NEEDED = {
     "lane": ("lane_id", "link_id", "lane_num"),
     "movement": ("mvmt_id", "node_id", "ib_link_id", "ob_link_id"),
     "uxsim_columns": ("table", "column", "file_column", "type", "blank"),
+    "import_notes": NOTE_COLUMNS,
 }
 
 
@@ -82,6 +84,7 @@ def open_folder(folder: Path, options: GmnsOptions) -> Reading:
     config = read_config(folder, faults)
     tables = {name: read_table(folder, name, faults) for name in ("node", "link")}
     optional = ["geometry", "lane", "uxsim_columns"]
+    optional += ["import_notes"] if is_there(folder, "uxsim_columns") else []
     optional += ["movement"] if options.turns == "listed" else []
     tables |= {name: read_if_there(folder, name, faults) for name in optional}
     found = {name: table for name, table in tables.items() if table is not None}

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.csv_table import CsvTable, read_csv_table
+from uxsim_geo.network.network import NOTE_COLUMNS
 
 #: columns of the tables that are read, as the specification has them
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -82,6 +83,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
         "geometry",
     ),
     "uxsim_columns": ("table", "column", "file_column", "type", "blank"),
+    "import_notes": NOTE_COLUMNS,
 }
 
 #: length of the column names in a shapefile

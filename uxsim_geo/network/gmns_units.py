@@ -20,8 +20,12 @@ UNIT_OF: dict[str, tuple[Quantity, str]] = {
 #: lengths and geometry may differ by this factor before the unit is doubted
 AGREES = 1.4
 
-#: a length in another unit is this near to the geometry, and the links differ as little
-IS_UNIT, SPREAD = 1.25, 1.6
+#: a length in another unit is this near to the geometry
+IS_UNIT = 1.25
+
+#: so much may the middle half of the links differ among themselves where the unit is wrong: less
+#: where the factor is that of kilometres and miles, which lengths of another kind may have too
+SPREAD, SPREAD_OF_NEAR, NEAR_UNITS = 4.0, 1.6, 2.0
 
 #: of the factor by which Web Mercator stretches; and how much that must be to be told from noise
 MERCATOR_NEAR, MERCATOR_LEAST = 0.02, 1.05
@@ -57,7 +61,7 @@ def check_lengths(reading: Reading, unit: str, lengths: np.ndarray, drawn: np.nd
     names the unit; a stretched map (Web Mercator) and other differences are noted.
     """
     both = (lengths > 0) & (drawn > 0)
-    if both.sum() < ENOUGH_LINKS or reading.crs is None:
+    if both.sum() < ENOUGH_LINKS or reading.crs is None or reading.is_own:
         return
     ratios = lengths[both] / drawn[both]
     low, ratio, high = (float(part) for part in np.quantile(ratios, (0.25, 0.5, 0.75)))
@@ -72,8 +76,10 @@ def check_lengths(reading: Reading, unit: str, lengths: np.ndarray, drawn: np.nd
         return
     likely = [other for other in LENGTHS if _explains(ratio, unit, other)]
     told = f"lengths in {unit} are {ratio:.4g} times those of the geometry"
-    if likely and high / low < SPREAD and not reading.is_own:
+    spread = SPREAD_OF_NEAR if max(ratio, 1 / ratio) < NEAR_UNITS else SPREAD
+    if likely and high / low < spread and reading.options.length_check == "refuse":
         what = f"{told}: the unit is rather {likely[0]}; state it as length_unit"
+        what += ", or length_check: warn, if they are right"
         reading.faults["link"].add(what, column="length")
     else:
         reading.notes.add("lengths differ", told, severity="warning", value=ratio)
@@ -92,7 +98,9 @@ def _is_mercator(reading: Reading, ratio: float) -> bool:
     assert reading.crs is not None, "asked where the reference system is known"
     if ratio < MERCATOR_LEAST or reading.crs.geodetic_crs is None:
         return False
-    x, y = (np.array(list(map(float, reading.nodes.cells(name)))) for name in ("x_coord", "y_coord"))
+    x, y = (
+        np.array(list(map(float, reading.nodes.cells(name)))) for name in ("x_coord", "y_coord")
+    )
     to_degrees = Transformer.from_crs(reading.crs, reading.crs.geodetic_crs, always_xy=True)
     latitude = float(np.median(to_degrees.transform(x, y)[1]))
     if not abs(latitude) < 90:

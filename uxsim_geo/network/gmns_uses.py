@@ -49,7 +49,7 @@ def are_for_motor_vehicles(reading: Reading) -> Flags:
     _note(reading, "allowed_uses", ~allowed, table.cells("allowed_uses"))
     _note(reading, road_class_column(table), left_out & allowed, classes)
     _note(reading, "lanes", laneless, table.cells("lanes"))
-    kept = allowed & ~left_out & ~laneless
+    kept: Flags = allowed & ~left_out & ~laneless
     if len(table) and not kept.any():
         found = ", ".join(sorted(set(table.cells("allowed_uses"))))
         what = f"no link is for any of {', '.join(options.uses)}: state uses among {found}"

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from uxsim_geo.network.exact import float_text
+
 #: anything else is refused unread: a parser may run out of stack in nested collections
 LINE = re.compile(r"\s*(MULTI)?LINESTRING\b", re.IGNORECASE)
 
@@ -83,9 +85,9 @@ def line_texts(lines: Lines) -> list[str]:
 
     texts = [""] * len(lines)
     for with_z in (False, True):
-        own = np.flatnonzero(np.not_equal(lines, None) & (shapely.has_z(lines) == with_z))
+        own = np.flatnonzero(~shapely.is_missing(lines) & (shapely.has_z(lines) == with_z))
         places, line = shapely.get_coordinates(lines[own], include_z=with_z, return_index=True)
-        numbers = [" ".join(map(repr, point)) for point in places.tolist()]
+        numbers = [" ".join(map(float_text, point)) for point in places.tolist()]
         first = np.searchsorted(line, np.arange(len(own) + 1)).tolist()
         kind = "LINESTRING Z" if with_z else "LINESTRING"
         for place, begin, end in zip(own.tolist(), first[:-1], first[1:], strict=True):
