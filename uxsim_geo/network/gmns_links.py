@@ -235,12 +235,14 @@ def with_both_directions(links: pd.DataFrame, taken: Sequence[str], faults: Faul
     import shapely
 
     both = links["both_ways"].to_numpy()
+    if not both.any():
+        return links
     doubled = links.loc[links.index.repeat(np.where(both, 2, 1))]
     second = doubled.index.duplicated()
     ends = ["from_node_id", "to_node_id"]
     turned = doubled.loc[second].copy()
     turned["link_id"] = turned["link_id"] + "-reverse"
-    turned[ends] = turned[ends[::-1]].to_numpy()
+    turned[ends] = turned[ends[::-1]].set_axis(ends, axis=1)
     turned["geometry"] = shapely.reverse(turned["geometry"].to_numpy())
     for link_id in sorted(set(turned["link_id"]) & set(taken)):
         what = "is the id of the opposite direction of an undirected link: rename it"

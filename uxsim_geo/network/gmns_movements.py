@@ -40,11 +40,12 @@ def _add_meeting_faults(reading: Reading, table: CsvTable) -> None:
     ids = [id_cells(links, name) for name in ("link_id", "from_node_id", "to_node_id")]
     two_way = [cell.strip().lower() in ("0", "false", "no") for cell in links.cells("directed")]
     ends_of = {row[0]: row[1:] for row in zip(*ids, two_way, strict=True)}
+    known = set(id_cells(reading.nodes, "node_id")) - {None}
     for name, side, verb in (("ib_link_id", 1, "end"), ("ob_link_id", 0, "begin")):
         places = zip(id_cells(table, name), id_cells(table, "node_id"), table.lines, strict=True)
         for link_id, node_id, line in places:
             ends = ends_of.get(link_id)
-            if link_id is None or node_id is None or ends is None:
+            if link_id is None or node_id not in known or ends is None:
                 continue
             if node_id not in (ends[:2] if ends[2] else (ends[side],)):
                 what = f"does not {verb} at node {node_id}"

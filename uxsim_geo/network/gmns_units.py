@@ -21,7 +21,7 @@ UNIT_OF: dict[str, tuple[Quantity, str]] = {
 AGREES = 1.4
 
 #: a length in another unit is this near to the geometry
-IS_UNIT = 1.25
+IS_UNIT = 1.4
 
 #: so much may the middle half of the links differ among themselves where the unit is wrong: less
 #: where the factor is that of kilometres and miles, which lengths of another kind may have too
@@ -74,21 +74,23 @@ def check_lengths(reading: Reading, unit: str, lengths: np.ndarray, drawn: np.nd
         return
     if 1 / AGREES <= ratio <= AGREES:
         return
-    likely = [other for other in LENGTHS if _explains(ratio, unit, other)]
+    likely = _likely_unit(ratio, unit)
     told = f"lengths in {unit} are {ratio:.4g} times those of the geometry"
     spread = SPREAD_OF_NEAR if max(ratio, 1 / ratio) < NEAR_UNITS else SPREAD
     if likely and high / low < spread and reading.options.length_check == "refuse":
-        what = f"{told}: the unit is rather {likely[0]}; state it as length_unit"
+        what = f"{told}: the unit is rather {likely}; state it as length_unit"
         what += ", or length_check: warn, if they are right"
         reading.faults["link"].add(what, column="length")
     else:
         reading.notes.add("lengths differ", told, severity="warning", value=ratio)
 
 
-def _explains(ratio: float, unit: str, other: str) -> bool:
-    """Whether lengths would agree with the geometry if they were in another unit."""
-    seen = ratio * LENGTHS[other] / float(exact_factor(unit, "length"))
-    return 1 / IS_UNIT <= seen <= IS_UNIT
+def _likely_unit(ratio: float, unit: str) -> str | None:
+    """The unit in which lengths would agree best with the geometry; None: they would in none."""
+    own = float(exact_factor(unit, "length"))
+    off = {other: abs(np.log(ratio * LENGTHS[other] / own)) for other in LENGTHS}
+    best = min(off, key=off.__getitem__)
+    return best if off[best] <= np.log(IS_UNIT) else None
 
 
 def _is_mercator(reading: Reading, ratio: float) -> bool:

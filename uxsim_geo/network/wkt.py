@@ -46,15 +46,15 @@ def joined_lines(lines: Lines) -> tuple[Lines, dict[int, str]]:
     found = np.array(lines, dtype=object)
     wrong: dict[int, str] = {}
     kinds = shapely.get_type_id(found)
+    empty = np.flatnonzero(shapely.is_empty(found)).tolist()
+    wrong |= dict.fromkeys(empty, "is a line without a point")
     for place in np.flatnonzero(kinds == shapely.GeometryType.MULTILINESTRING).tolist():
         found[place] = _joined(found[place])
         if found[place] is None:
-            wrong[place] = "has parts that do not join into one line"
+            wrong.setdefault(place, "has parts that do not join into one line")
     strange = ~np.isin(kinds, (-1, shapely.GeometryType.LINESTRING))
     strange &= kinds != shapely.GeometryType.MULTILINESTRING
     wrong |= dict.fromkeys(np.flatnonzero(strange).tolist(), "is not a line")
-    empty = shapely.is_empty(found)
-    wrong |= dict.fromkeys(np.flatnonzero(empty).tolist(), "is a line without a point")
     places, line = shapely.get_coordinates(found, return_index=True)
     endless = np.unique(line[~np.isfinite(places).all(axis=1)])
     what = "has a coordinate that is not a finite number"
@@ -67,8 +67,8 @@ def _joined(parts: Any) -> Any:
     """One line of a MultiLineString whose parts meet, in their direction if it is one."""
     import shapely
 
-    if len(parts.geoms) == 1:
-        return parts.geoms[0]
+    if len(parts.geoms) < 2:
+        return parts.geoms[0] if len(parts.geoms) else None
     for directed in (True, False):
         line = shapely.line_merge(parts, directed=directed)
         if line.geom_type == "LineString" and not line.is_empty:
