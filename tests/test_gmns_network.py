@@ -111,7 +111,7 @@ def test_lengths_measured_on_a_web_map_are_told_of(tmp_path: Path) -> None:
         for row, metre in zip(LINKS[1:], metres, strict=True)
     ]
     network = read(tmp_path, replace(METRIC, crs="EPSG:4326"), node=degrees, link=links)
-    (ratio,) = network.notes.loc[network.notes["topic"] == "lengths stretched", "value"]
+    (ratio,) = network.notes.loc[network.notes["topic"] == "lengths differ", "value"]
     assert float(ratio) == pytest.approx(2, rel=0.01)
     options = replace(METRIC, crs="EPSG:4326", length_from="geometry")
     network = read(tmp_path, options, node=degrees, link=links)

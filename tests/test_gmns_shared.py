@@ -110,5 +110,5 @@ def test_lima_has_the_speeds_and_capacities_of_its_source(shared: Path) -> None:
 
 def test_cambridge_lengths_were_measured_on_a_web_map(shared: Path) -> None:
     network = read_gmns_network(shared / "data" / "gmns" / "cambridge", CAMBRIDGE)
-    stretched = network.notes[network.notes["topic"] == "lengths stretched"]
+    stretched = network.notes[network.notes["topic"] == "lengths differ"]
     assert float(stretched["value"].iloc[0]) == pytest.approx(1.354, abs=0.002)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.network.both_ways import with_both_directions
 from uxsim_geo.network.csv_table import id_cells, text_column
 from uxsim_geo.network.gmns_columns import (
     USED,
@@ -19,7 +20,7 @@ from uxsim_geo.network.gmns_columns import (
     read_described,
 )
 from uxsim_geo.network.gmns_geometry import lines_along, read_lines_of_links
-from uxsim_geo.network.gmns_links import add_link_id_faults, read_links, with_both_directions
+from uxsim_geo.network.gmns_links import add_link_id_faults, read_links
 from uxsim_geo.network.gmns_movements import add_movement_faults, read_movements
 from uxsim_geo.network.gmns_nodes import read_nodes
 from uxsim_geo.network.gmns_options import GmnsOptions
@@ -59,7 +60,7 @@ def read_gmns_network(folder: Path, options: GmnsOptions | None = None) -> Netwo
     )
     reading.raise_if_any()
     links["geometry"] = lines_along(reading, links, drawn, nodes)
-    links = _with_lengths(reading, links).join(_within(more, "gmns_parent_link_id", links))
+    links = _with_lengths(reading, links, nodes).join(_within(more, "gmns_parent_link_id", links))
     links = with_both_directions(
         links, list(map(str, id_cells(reading.links, "link_id"))), reading.faults["link"]
     )
@@ -84,13 +85,14 @@ def _within(more: pd.DataFrame, column: str, kept: pd.DataFrame) -> pd.DataFrame
     return more if there.any() else more.drop(columns=column)
 
 
-def _with_lengths(reading: Reading, links: pd.DataFrame) -> pd.DataFrame:
+def _with_lengths(reading: Reading, links: pd.DataFrame, nodes: pd.DataFrame) -> pd.DataFrame:
     """Lengths from the geometry where the file has none; those it has are held against it."""
     lengths = links["length"].to_numpy(dtype=np.float64)
     drawn = line_lengths(links["geometry"].to_numpy(), reading.crs)
     unit = reading.options.length_unit or reading.config.length_unit
     if unit is not None:
-        check_lengths(reading, unit, lengths, drawn)
+        places = nodes[["x", "y"]].to_numpy(dtype=np.float64)
+        check_lengths(reading, unit, places, (lengths, drawn))
     missing = np.isnan(lengths)
     if not missing.any():
         return links

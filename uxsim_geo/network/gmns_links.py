@@ -8,7 +8,6 @@ capacity   of a lane and hour in the file, of the whole link and second here
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -225,27 +224,3 @@ def _both_ways(reading: Reading, table: CsvTable) -> np.ndarray:
             what = "must be 1 (one direction) or 0 (both)"
             reading.faults["link"].add(what, line=line, column="directed", value=cell)
     return np.array([not DIRECTED.get(cell, True) for cell in cells], dtype=bool)
-
-
-def with_both_directions(links: pd.DataFrame, taken: Sequence[str], faults: Faults) -> pd.DataFrame:
-    """Each undirected link as two, the second ``ID-reverse`` from the to-node to the from-node.
-
-    ``taken`` are all link ids of the file, of which none may be that of a second one.
-    """
-    import shapely
-
-    both = links["both_ways"].to_numpy()
-    if not both.any():
-        return links
-    doubled = links.loc[links.index.repeat(np.where(both, 2, 1))]
-    second = doubled.index.duplicated()
-    ends = ["from_node_id", "to_node_id"]
-    turned = doubled.loc[second].copy()
-    turned["link_id"] = turned["link_id"] + "-reverse"
-    turned[ends] = turned[ends[::-1]].set_axis(ends, axis=1)
-    turned["geometry"] = shapely.reverse(turned["geometry"].to_numpy())
-    for link_id in sorted(set(turned["link_id"]) & set(taken)):
-        what = "is the id of the opposite direction of an undirected link: rename it"
-        faults.add(what, column="link_id", value=link_id)
-    order = np.argsort(np.r_[np.flatnonzero(~second), np.flatnonzero(second)], kind="stable")
-    return pd.concat([doubled.loc[~second], turned]).iloc[order].reset_index(drop=True)

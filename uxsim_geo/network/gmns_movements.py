@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.network.both_ways import REVERSE
 from uxsim_geo.network.csv_table import CsvTable, id_cells, is_missing
 from uxsim_geo.network.gmns_nodes import add_id_faults, add_reference_faults
 from uxsim_geo.network.gmns_reading import Reading
@@ -83,7 +84,7 @@ def _pairs(turns: pd.DataFrame) -> pd.MultiIndex:
 def _allowed_pairs(allowed: pd.DataFrame, links: pd.DataFrame) -> pd.MultiIndex:
     """Listed turns, each also in the opposite directions of undirected links that it may mean."""
     own = links[["link_id", "source_id", "from_node_id", "to_node_id"]]
-    own = own.assign(file_id=own["link_id"].str.removesuffix("-reverse"))
+    own = own.assign(file_id=own["link_id"].str.removesuffix(REVERSE))
     own["file_id"] = own["file_id"].where(own["file_id"] == own["source_id"], own["link_id"])
     inbound = own[["file_id", "to_node_id", "link_id"]]
     inbound = inbound.set_axis(["ib_link_id", "node_id", "from_link_id"], axis=1)

@@ -40,7 +40,7 @@ def distances(first: Floats, second: Floats, crs: CRS | None) -> Floats:
     if geodetic is None:
         apart: Floats = np.hypot(*(first - second).T)
         return apart * _plane_unit(crs)
-    ends = [_longitudes_and_latitudes(points, crs) for points in (first, second)]
+    ends = [longitudes_and_latitudes(points, crs) for points in (first, second)]
     geod = geodetic.get_geod()
     assert geod is not None, "a geodetic system has an ellipsoid"
     metres = geod.inv(*ends[0], *ends[1])[2]
@@ -59,12 +59,29 @@ def line_lengths(lines: npt.NDArray[np.object_], crs: CRS | None) -> Floats:
     return np.where(there, lengths, np.nan)
 
 
+def metric_places(points: Floats, crs: CRS | None) -> Floats:
+    """Where points are in metres, such that near ones are as far apart as on the ground.
+
+    On the earth: from its centre, shape (points, 3); elsewhere in the plane, (points, 2).
+    """
+    geodetic = None if crs is None else crs.geodetic_crs
+    if geodetic is None:
+        return points * _plane_unit(crs)
+    geod = geodetic.get_geod()
+    assert geod is not None, "a geodetic system has an ellipsoid"
+    east, north = (np.radians(one) for one in longitudes_and_latitudes(points, crs))
+    radius = geod.a / np.sqrt(1.0 - geod.es * np.sin(north) ** 2)
+    flat = radius * np.cos(north)
+    up = radius * (1.0 - geod.es) * np.sin(north)
+    return np.column_stack([flat * np.cos(east), flat * np.sin(east), up])
+
+
 def _plane_unit(crs: CRS | None) -> float:
     """Metres in one unit of the axes; 1 where nothing is known."""
     return 1.0 if crs is None else float(crs.axis_info[0].unit_conversion_factor)
 
 
-def _longitudes_and_latitudes(points: Floats, crs: CRS | None) -> tuple[Floats, Floats]:
+def longitudes_and_latitudes(points: Floats, crs: CRS | None) -> tuple[Floats, Floats]:
     """Degrees on the system's own ellipsoid, so that no change of datum enters."""
     from pyproj import Transformer
 
