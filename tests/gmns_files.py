@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
+import geopandas as gpd
 import numpy as np
 import pandas as pd
 import shapely
@@ -81,3 +83,28 @@ def assert_same_table(first: pd.DataFrame, second: pd.DataFrame) -> None:
         assert shapely.equals_identical(*shapes).all()
         first, second = (pd.DataFrame(table.drop(columns="geometry")) for table in (first, second))
     assert_frame_equal(first, second, check_exact=True)
+
+
+def crossing() -> Network:
+    """Four arms, each two ways, at node m; the link from a to b is ab."""
+    places = {"m": (0, 0), "n": (0, 100), "e": (100, 0), "s": (0, -100), "w": (-100, 0)}
+    ends = [(arm, "m") for arm in "nesw"] + [("m", arm) for arm in "nesw"]
+    nodes = pd.DataFrame({"node_id": list(places)}).astype("str")
+    links = pd.DataFrame(
+        {
+            "link_id": [a + b for a, b in ends],
+            "from_node_id": [a for a, _ in ends],
+            "to_node_id": [b for _, b in ends],
+            "length": 100.0,
+            "lanes": 1,
+            "free_speed": 10.0,
+            "jam_density": 0.2,
+            "capacity": math.nan,
+            "merge_priority": 1.0,
+        }
+    )
+    lines = [shapely.linestrings([places[a], places[b]]) for a, b in ends]
+    return Network(
+        gpd.GeoDataFrame(nodes, geometry=shapely.points(list(places.values()))),
+        gpd.GeoDataFrame(links, geometry=lines),
+    )

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from gmns_files import assert_same_network, assert_same_table, read
+from gmns_files import assert_same_network, assert_same_table, crossing, read
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pandas.testing import assert_frame_equal
@@ -25,6 +25,7 @@ from uxsim_geo.demand.gmns import read_gmns_demand, write_gmns
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.exact import exact_factor, product, shortest_text
 from uxsim_geo.network.gmns import read_gmns_network
+from uxsim_geo.network.gmns_tables import GmnsUnits
 from uxsim_geo.network.gmns_write import write_gmns_network
 from uxsim_geo.network.network import MOVEMENT_COLUMNS, Network
 from uxsim_geo.network.tntp import read_tntp_network
@@ -104,7 +105,7 @@ def test_any_network_comes_back(
     tmp_path_factory: pytest.TempPathFactory, network: Network, units: tuple[str, str]
 ) -> None:
     folder = tmp_path_factory.mktemp("gmns")
-    write_gmns_network(network, folder, length_unit=units[0], speed_unit=units[1])
+    write_gmns_network(network, folder, units=GmnsUnits(*units))
     assert_same_network(read_gmns_network(folder), network)
 
 
@@ -146,31 +147,6 @@ def test_measured_networks_that_lack_what_a_run_needs_come_back(
     assert network.links["lanes"].isna().all()
     write_gmns_network(network, tmp_path)
     assert_same_network(read_gmns_network(tmp_path), network)
-
-
-def crossing() -> Network:
-    """Four arms, each two ways, at node m; to the west of it also an island reached by a loop."""
-    places = {"m": (0, 0), "n": (0, 100), "e": (100, 0), "s": (0, -100), "w": (-100, 0)}
-    ends = [(arm, "m") for arm in "nesw"] + [("m", arm) for arm in "nesw"]
-    nodes = pd.DataFrame({"node_id": list(places)}).astype("str")
-    links = pd.DataFrame(
-        {
-            "link_id": [a + b for a, b in ends],
-            "from_node_id": [a for a, _ in ends],
-            "to_node_id": [b for _, b in ends],
-            "length": 100.0,
-            "lanes": 1,
-            "free_speed": 10.0,
-            "jam_density": 0.2,
-            "capacity": math.nan,
-            "merge_priority": 1.0,
-        }
-    )
-    lines = [shapely.linestrings([places[a], places[b]]) for a, b in ends]
-    return Network(
-        gpd.GeoDataFrame(nodes, geometry=shapely.points(list(places.values()))),
-        gpd.GeoDataFrame(links, geometry=lines),
-    )
 
 
 def banning(*turns: tuple[str, str, str]) -> Network:
@@ -280,11 +256,11 @@ def test_what_cannot_be_written_is_told_at_once_and_nothing_is(tmp_path: Path) -
     )
     with pytest.raises(InputError) as raised:
         write_gmns_network(
-            replace(network, links=links), tmp_path / "out", length_unit="mph", speed_unit="m"
+            replace(network, links=links), tmp_path / "out", units=GmnsUnits("mph", "m")
         )
     assert [fault.column for fault in raised.value.faults] == [
-        "length_unit",
-        "speed_unit",
+        "length",
+        "speed",
         "link_id",
         "link_id",
         "link_id",

@@ -15,6 +15,7 @@ from uxsim_geo.errors import InputError
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.gmns import read_gmns_network
 from uxsim_geo.network.gmns_options import GmnsOptions
+from uxsim_geo.network.gmns_tables import GmnsUnits
 
 LIMA = GmnsOptions(length_unit="ft", speed_unit="mph", crs="EPSG:3735")
 CAMBRIDGE = GmnsOptions(length_unit="m", speed_unit="km/h", crs="EPSG:4326")
@@ -48,7 +49,7 @@ def test_a_measured_folder_is_read_and_comes_back(
             folder, network, TripsOptions(3600.0), unknown_zones="drop", zone_nodes="own"
         )
         check_demand(demand, network)
-    write_gmns(network, demand, tmp_path, length_unit=units[0], speed_unit=units[1])
+    write_gmns(network, demand, tmp_path, units=GmnsUnits(*units))
     back = read_gmns_network(tmp_path)
     assert_same_network(back, network)
     if demand is not None:

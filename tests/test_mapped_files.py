@@ -32,7 +32,7 @@ def links() -> gpd.GeoDataFrame:
     lines = [[(10, 60), (10.01, 60)], [(10.01, 60), (10.01, 60.01)], [(10.01, 60.01), (10, 60)]]
     return gpd.GeoDataFrame(
         {
-            "id": [1, 2, 3],
+            "key": [1, 2, 3],
             "name": ["Straße", None, "橋"],
             "vmax": [30, 35, 55.5],
             "lanes": [2, 1, 3],

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.control.signals import Signal
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.demand.loading import (
     add_zone_faults,
@@ -42,7 +43,7 @@ from uxsim_geo.network.gmns_columns import (
     read_described,
 )
 from uxsim_geo.network.gmns_nodes import add_reference_faults
-from uxsim_geo.network.gmns_tables import read_if_there, table_path
+from uxsim_geo.network.gmns_tables import GmnsUnits, read_if_there, table_path
 from uxsim_geo.network.gmns_write import Cells, columns_table, gmns_tables, write_tables
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
@@ -192,16 +193,16 @@ def write_gmns(
     demand: Demand | None,
     folder: Path,
     *,
-    length_unit: str = "m",
-    speed_unit: str = "km/h",
+    signals: Sequence[Signal] = (),
+    units: GmnsUnits = GmnsUnits(),  # noqa: B008 -- a tuple of two words
 ) -> list[Path]:
-    """Write a network, and a demand if there is one, as GMNS into ``folder`` (made if absent).
+    """Write a network, its demand and signal plans as GMNS into ``folder`` (made if absent).
 
-    Returns the paths written; read_gmns_network and :func:`read_gmns_demand` make the same tables
-    of them. Raises :class:`uxsim_geo.errors.InputError` with all that cannot be written, before
-    anything is.
+    Returns the paths written; read_gmns_network, :func:`read_gmns_demand` and read_gmns_signals
+    make the same tables of them. Raises :class:`uxsim_geo.errors.InputError` with all that cannot
+    be written, before anything is.
     """
-    tables = gmns_tables(network, length_unit=length_unit, speed_unit=speed_unit)
+    tables = gmns_tables(network, signals, units)
     if demand is not None:
         tables["demand"], described = _demand_cells(demand, network)
         known = tables["uxsim_columns"]

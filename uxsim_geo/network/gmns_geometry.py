@@ -94,6 +94,7 @@ def lines_along(reading: Reading, links: pd.DataFrame, drawn: Lines, nodes: pd.D
     by_flag = np.where(flag == 0, turned < ahead, flag < 0)
     against = (flag != 0) & (np.where(by_flag, turned, ahead) > near)
     against &= np.where(by_flag, ahead, turned) <= near
+    against &= not reading.is_own  # a line that was written so is meant so
     lines[by_flag ^ against] = shapely.reverse(lines[by_flag ^ against])
     apart = np.where(by_flag ^ against, turned, ahead)
     _note_ends(reading, links["link_id"], against, np.where(apart > near, apart, np.nan))
@@ -113,7 +114,7 @@ def _note_ends(reading: Reading, link_id: pd.Series, against: np.ndarray, far: n
     note = "the geometry runs against dir_flag, from the to-node to the from-node: turned"
     ids = list(link_id[against])
     reading.notes.warn_each("geometry turned", note, ids, [None] * len(ids))
-    if reading.crs is None:
+    if reading.crs is None or reading.is_own:
         return
     note = "the geometry ends (value, m) away from the node"
     ids, values = list(link_id[~np.isnan(far)]), far[~np.isnan(far)].tolist()

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.csv_table import CsvTable, read_csv_table
@@ -82,6 +83,46 @@ COLUMNS: dict[str, tuple[str, ...]] = {
         "allowed_uses",
         "geometry",
     ),
+    "signal_controller": ("controller_id",),
+    "signal_timing_plan": (
+        "timing_plan_id",
+        "controller_id",
+        "timeday_id",
+        "time_day",
+        "cycle_length",
+        "uxsim_begin_s",
+        "uxsim_end_s",
+    ),
+    "signal_timing_phase": (
+        "timing_phase_id",
+        "timing_plan_id",
+        "signal_phase_num",
+        "min_green",
+        "max_green",
+        "extension",
+        "clearance",
+        "walk_time",
+        "ped_clearance",
+        "ring",
+        "barrier",
+        "position",
+    ),
+    "signal_phase_mvmt": (
+        "signal_phase_mvmt_id",
+        "timing_phase_id",
+        "mvmt_id",
+        "link_id",
+        "protection",
+    ),
+    "signal_coordination": (
+        "coordination_id",
+        "timing_plan_id",
+        "controller_id",
+        "coord_contr_id",
+        "coord_phase",
+        "coord_ref_to",
+        "offset",
+    ),
     "uxsim_columns": ("table", "column", "file_column", "type", "blank"),
     "import_notes": NOTE_COLUMNS,
 }
@@ -111,6 +152,13 @@ UNIT_NAMES = {
     **dict.fromkeys(("m/s", "mps", "meters per second", "metres per second"), "m/s"),
     **dict.fromkeys(("ft/s", "fps", "feet per second"), "ft/s"),
 }
+
+
+class GmnsUnits(NamedTuple):
+    """The units of lengths and speeds in files that are written."""
+
+    length: str = "m"
+    speed: str = "km/h"
 
 
 @dataclass(frozen=True)

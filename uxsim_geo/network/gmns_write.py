@@ -15,20 +15,37 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.control.signals import Signal
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.csv_table import write_csv_table
 from uxsim_geo.network.exact import exact_factor, float_text, shortest_text
 from uxsim_geo.network.gmns_columns import blank_of, cells_of, column_type, place_in_file
 from uxsim_geo.network.gmns_movements import turns_at
-from uxsim_geo.network.gmns_tables import UNIT_NAMES
+from uxsim_geo.network.gmns_signals_write import signal_cells
+from uxsim_geo.network.gmns_tables import UNIT_NAMES, GmnsUnits
 from uxsim_geo.network.network import NOTE_COLUMNS, Network
 from uxsim_geo.network.rows import lacking
 from uxsim_geo.network.turn_types import turn_types
+from uxsim_geo.network.units import SPEEDS
 from uxsim_geo.network.wkt import line_texts
 
 Cells = dict[str, Sequence[str]]
 
 VERSION = "0.97"
+
+#: tables that a folder may lack
+OPTIONAL = (
+    "movement",
+    "geometry",
+    "lane",
+    "demand",
+    "signal_controller",
+    "signal_timing_plan",
+    "signal_timing_phase",
+    "signal_phase_mvmt",
+    "signal_coordination",
+    "import_notes",
+)
 
 #: where the columns of a network have their place in a file
 NODE_PLACES = {"node_id": "node_id", "zone_id": "zone_id", "control": "ctrl_type"}
@@ -52,30 +69,33 @@ POSITIVE = ("length", "lanes", "free_speed", "jam_density", "capacity", "merge_p
 
 
 def write_gmns_network(
-    network: Network, folder: Path, *, length_unit: str = "m", speed_unit: str = "km/h"
+    network: Network,
+    folder: Path,
+    *,
+    signals: Sequence[Signal] = (),
+    units: GmnsUnits = GmnsUnits(),  # noqa: B008 -- a tuple of two words
 ) -> list[Path]:
-    """Write a network as GMNS into ``folder`` (made if absent); the paths written.
+    """Write a network, and signal plans, as GMNS into ``folder`` (made if absent).
 
-    Tables of an earlier writing that this network does not need are removed. Raises
-    :class:`uxsim_geo.errors.InputError` with all that cannot be written, before anything is.
+    Returns the paths written. Tables of an earlier writing that are not needed now are removed.
+    Raises :class:`uxsim_geo.errors.InputError` with all that cannot be written, before anything is.
     """
-    tables = gmns_tables(network, length_unit=length_unit, speed_unit=speed_unit)
-    return write_tables(tables, folder)
+    return write_tables(gmns_tables(network, signals, units), folder)
 
 
 def write_tables(tables: dict[str, Cells], folder: Path) -> list[Path]:
     """Write cells by table; an optional table that is not among them does not stay either."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in ("movement", "geometry", "lane", "demand", "import_notes"):
+    for name in OPTIONAL:
         if name not in tables:
             (folder / f"{name}.csv").unlink(missing_ok=True)
     return [write_csv_table(folder / f"{name}.csv", cells) for name, cells in tables.items()]
 
 
-def gmns_tables(network: Network, *, length_unit: str, speed_unit: str) -> dict[str, Cells]:
-    """The cells of config, node, link, movement, uxsim_columns and import_notes, by column."""
+def gmns_tables(network: Network, signals: Sequence[Signal], units: GmnsUnits) -> dict[str, Cells]:
+    """The cells of config, node, link, movement, the signals, uxsim_columns and import_notes."""
     faults = Faults("network to be written as GMNS")
-    _add_unit_faults(faults, length_unit, speed_unit)
+    _add_unit_faults(faults, units)
     _add_geometry_faults(faults, network)
     for name, table in (("node", network.nodes), ("link", network.links)):
         _add_id_faults(faults, table, f"{name}_id")
@@ -84,12 +104,14 @@ def gmns_tables(network: Network, *, length_unit: str, speed_unit: str) -> dict[
     faults.raise_if_any()
     described: list[tuple[str, ...]] = []
     tables = {
-        "config": _config(network, length_unit, speed_unit),
+        "config": _config(network, units),
         "node": _nodes(network.nodes, described),
-        "link": _links(network.links, described, length_unit, speed_unit),
+        "link": _links(network.links, described, units),
     }
-    if len(network.movements):
-        tables["movement"] = _movements(network)
+    if len(network.movements) or signals:
+        tables["movement"] = _movements(network, [signal.node_id for signal in signals])
+        tables |= signal_cells(signals, tables["movement"], faults)
+        faults.raise_if_any()
     tables["uxsim_columns"] = columns_table(described)
     if len(network.notes):
         notes = network.notes[list(NOTE_COLUMNS)].astype("str")
@@ -103,14 +125,15 @@ def columns_table(described: list[tuple[str, ...]]) -> Cells:
     return {name: [row[place] for row in described] for place, name in enumerate(names)}
 
 
-def _add_unit_faults(faults: Faults, length_unit: str, speed_unit: str) -> None:
-    for name, unit in (("length_unit", length_unit), ("speed_unit", speed_unit)):
-        if unit not in UNIT_NAMES.values() or ("/" in unit or unit == "mph") != (
-            name == "speed_unit"
-        ):
-            known = sorted(set(UNIT_NAMES.values()))
-            fits = [one for one in known if ("/" in one or one == "mph") == (name == "speed_unit")]
-            faults.add(f"must be one of {', '.join(fits)}", column=name, value=unit)
+def _add_unit_faults(faults: Faults, units: GmnsUnits) -> None:
+    known = sorted(set(UNIT_NAMES.values()))
+    speeds = [unit for unit in known if unit in SPEEDS]
+    for name, unit, those in (
+        ("length", units.length, [unit for unit in known if unit not in speeds]),
+        ("speed", units.speed, speeds),
+    ):
+        if unit not in those:
+            faults.add(f"must be one of {', '.join(those)}", column=name, value=unit)
 
 
 def _add_geometry_faults(faults: Faults, network: Network) -> None:
@@ -182,7 +205,7 @@ def _add_number_faults(faults: Faults, links: pd.DataFrame) -> None:
             faults.add("must be finite and above 0 in every link", column=name)
 
 
-def _config(network: Network, length_unit: str, speed_unit: str) -> Cells:
+def _config(network: Network, units: GmnsUnits) -> Cells:
     from pyproj import CRS
 
     crs = getattr(network.links, "crs", None)
@@ -191,9 +214,9 @@ def _config(network: Network, length_unit: str, speed_unit: str) -> Cells:
         text = crs.to_wkt()
     return {
         "dataset_name": ["uxsim-geo"],
-        "short_length": [length_unit],
-        "long_length": [length_unit],
-        "speed": [speed_unit],
+        "short_length": [units.length],
+        "long_length": [units.length],
+        "speed": [units.speed],
         "crs": [text],
         "geometry_field_format": ["wkt"],
         "version_number": [VERSION],
@@ -211,9 +234,7 @@ def _nodes(nodes: pd.DataFrame, described: list[tuple[str, ...]]) -> Cells:
     return _with_others(cells, "node", nodes, NODE_PLACES, described)
 
 
-def _links(
-    links: pd.DataFrame, described: list[tuple[str, ...]], length_unit: str, speed_unit: str
-) -> Cells:
+def _links(links: pd.DataFrame, described: list[tuple[str, ...]], units: GmnsUnits) -> Cells:
     rows = len(links)
     lanes = links["lanes"].to_numpy(np.float64)
     whole = np.where(np.isfinite(lanes) & (lanes % 1 == 0), lanes, 1.0).astype(np.int64).tolist()
@@ -223,8 +244,8 @@ def _links(
         "directed": ["1"] * rows,
         "dir_flag": ["1"] * rows,
         "geometry": line_texts(lines),
-        "length": _in_unit(links["length"], [exact_factor(length_unit, "length")] * rows),
-        "free_speed": _in_unit(links["free_speed"], [exact_factor(speed_unit, "speed")] * rows),
+        "length": _in_unit(links["length"], [exact_factor(units.length, "length")] * rows),
+        "free_speed": _in_unit(links["free_speed"], [exact_factor(units.speed, "speed")] * rows),
         "capacity": _in_unit(links["capacity"], [per_lane * lane for lane in whole]),
     }
     order = ("link_id", "name", "from_node_id", "to_node_id", "directed", "geometry", "dir_flag")
@@ -268,10 +289,13 @@ def _with_others(
     return cells
 
 
-def _movements(network: Network) -> Cells:
-    """All allowed turns at nodes with banned ones; of nodes without any, a turn for no use."""
+def _movements(network: Network, signalled: Sequence[str]) -> Cells:
+    """All allowed turns at nodes with banned ones or signals.
+
+    At a node where none is allowed a turn for no use is listed, which bans the others.
+    """
     links, banned = network.links, network.movements
-    turns = turns_at(pd.Index(banned["node_id"]), links)
+    turns = turns_at(pd.Index([*banned["node_id"], *signalled], dtype="str"), links)
     pairs = ["from_link_id", "to_link_id"]
     is_banned = pd.MultiIndex.from_frame(turns[pairs]).isin(pd.MultiIndex.from_frame(banned[pairs]))
     some = pd.Series(~is_banned).groupby(turns["node_id"].to_numpy()).transform("any").to_numpy()
