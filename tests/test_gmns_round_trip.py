@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from gmns_files import assert_same_network, assert_same_table, crossing, read
+from gmns_files import METRIC, assert_same_network, assert_same_table, crossing, read
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pandas.testing import assert_frame_equal
@@ -209,6 +209,16 @@ def test_a_read_folder_is_written_under_its_own_names(tmp_path: Path) -> None:
     header = (tmp_path / "out" / "link.csv").read_text(encoding="utf-8").split("\n")[0].split(",")
     assert "toll" in header
     assert "name" in header
+    assert_same_network(read_gmns_network(tmp_path / "out"), network)
+
+
+def test_links_for_other_uses_come_back_without_being_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    rows = ["link_id,from_node_id,to_node_id,directed,length,free_speed,lanes,allowed_uses"]
+    rows += ["a,1,2,1,1000,36,2,bus", "b,2,3,1,500,36,1,", "c,3,1,1,1120,72,1,bus;taxi"]
+    network = read(tmp_path / "in", replace(METRIC, uses=("bus",)), link=rows)
+    assert len(network.links) == 3
+    write_gmns_network(network, tmp_path / "out")
     assert_same_network(read_gmns_network(tmp_path / "out"), network)
 
 

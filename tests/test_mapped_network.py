@@ -394,6 +394,20 @@ def test_columns_that_are_not_there_or_twice() -> None:
     assert fault.what == "has no geometry"
 
 
+def test_sources_may_be_written_as_their_fields() -> None:
+    written = {"free_speed": {"column": "vmax", "unit": "km/h"}, "lanes": {"constant": 2}}
+    network = network_from_tables(table(), ColumnMapping(written))
+    assert network.links["free_speed"].tolist() == [10, 10, 20]
+    assert network.links["lanes"].tolist() == [2, 2, 2]
+    with pytest.raises(InputError) as raised:
+        ColumnMapping({"free_speed": {"colum": "vmax"}, "lanes": True, "name": {"units": "m"}})
+    assert [(fault.column, fault.what) for fault in raised.value.faults] == [
+        ("free_speed", "colum says nothing of a source; did you mean column?"),
+        ("lanes", "must be a column, a number or a source"),
+        ("name", "units says nothing of a source; did you mean unit?"),
+    ]
+
+
 def test_tables_of_nodes_and_their_mapping_go_together() -> None:
     (fault,) = faults_of(table(), mapping(), nodes_table())
     assert "must name the column of node_id" in fault.what

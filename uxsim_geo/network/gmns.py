@@ -65,6 +65,7 @@ def read_gmns_network(folder: Path, options: GmnsOptions | None = None) -> Netwo
         links, list(map(str, id_cells(reading.links, "link_id"))), reading.faults["link"]
     )
     reading.raise_if_any()
+    _note_loops(reading, links)
     movements = read_movements(reading, links)
     nodes = _nodes_that_stay(reading, nodes.join(more_of_nodes), kept)
     return _network(reading, described, nodes, links, movements)
@@ -108,6 +109,12 @@ def _with_lengths(reading: Reading, links: pd.DataFrame, nodes: pd.DataFrame) ->
         what = f"link {link_id} needs a value: its geometry {why}"
         reading.faults["link"].add(what, column="length")
     return links.assign(length=np.where(missing, drawn, lengths))
+
+
+def _note_loops(reading: Reading, links: pd.DataFrame) -> None:
+    loops = list(links["link_id"][links["from_node_id"] == links["to_node_id"]])
+    note = "the link leads back to its own node"
+    reading.notes.warn_each("self-loop", note, loops, [None] * len(loops))
 
 
 def _nodes_that_stay(reading: Reading, nodes: pd.DataFrame, kept: np.ndarray) -> pd.DataFrame:

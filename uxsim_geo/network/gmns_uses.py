@@ -39,7 +39,8 @@ def are_allowed(table: CsvTable, options: GmnsOptions) -> Flags:
 def are_for_motor_vehicles(reading: Reading) -> Flags:
     """Which links are read; notes say how many of which kind are not."""
     table, options = reading.links, reading.options
-    allowed = are_allowed(table, options)
+    # of a folder that was written here every link was one of the network
+    allowed = np.ones(len(table), dtype=bool) if reading.is_own else are_allowed(table, options)
     classes = table.cells(road_class_column(table))
     unwanted = {name.lower() for name in options.leave_out}
     left_out = np.array([cell.strip().lower() in unwanted for cell in classes], dtype=bool)

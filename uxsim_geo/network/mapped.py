@@ -11,7 +11,12 @@ import pandas as pd
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.both_ways import with_both_directions
-from uxsim_geo.network.length_check import length_doubt
+from uxsim_geo.network.mapped_geometry import (
+    add_loop_faults,
+    onto_nodes,
+    turned,
+    with_lengths,
+)
 from uxsim_geo.network.mapped_links import links_of_rows
 from uxsim_geo.network.mapped_nodes import (
     ends_of,
@@ -104,15 +109,15 @@ def _network(links: Rows, nodes: Rows | None, mapping: ColumnMapping) -> Network
     add_degree_faults(ends.reshape(-1, 2), crs, links.faults)
     links.faults.raise_if_any()
     found, at = _nodes(links, points, mapping, (ends, crs), notes)
-    _add_loop_faults(links, table["link_id"], mapping, (at, line_lengths(lines, crs)), notes)
+    add_loop_faults(links, table["link_id"], mapping, (at, line_lengths(lines, crs)), notes)
     links.faults.raise_if_any()
     if points is None and "from_node_id" not in mapping.links:
-        lines = _onto_nodes(lines, found, at)
+        lines = onto_nodes(lines, found, at)
     table = table.assign(geometry=lines)
     for column, side in (("from_node_id", 0), ("to_node_id", 1)):
         table[column] = found["node_id"].to_numpy()[at[:, side]]
-    table = _with_lengths(links, table, mapping, crs, notes)
-    ready = with_both_directions(_turned(table), table["link_id"].tolist(), links.faults)
+    table = with_lengths(links, table, mapping, crs, notes)
+    ready = with_both_directions(turned(table), table["link_id"].tolist(), links.faults)
     links.faults.raise_if_any()
     return _tables(ready, found, crs, notes)
 
@@ -211,83 +216,6 @@ def _nodes(
         if text:
             links.add("there is no such node", int(row), columns[side], text)
     return points, at.astype(np.int64)
-
-
-def _onto_nodes(lines: Lines, nodes: pd.DataFrame, at: Ints) -> Lines:
-    """Lines that begin and end at their nodes: those that do not yet are moved there."""
-    import shapely
-
-    place = nodes[["x", "y"]].to_numpy(dtype=np.float64)[at]
-    moved = lines.copy()
-    for row in np.flatnonzero((place != ends_of(lines)).any(axis=(1, 2))).tolist():
-        coordinates = shapely.get_coordinates(lines[row], include_z=lines[row].has_z)
-        coordinates[[0, -1], :2] = place[row]
-        moved[row] = shapely.linestrings(coordinates)
-    return moved
-
-
-def _with_lengths(
-    links: Rows, table: pd.DataFrame, mapping: ColumnMapping, crs: CRS | None, notes: Notes
-) -> pd.DataFrame:
-    """Lengths from the geometry where the table has none; those it has are held against it."""
-    drawn = line_lengths(table["geometry"].to_numpy(), crs)
-    lengths = table["length"].to_numpy(dtype=np.float64)
-    missing = np.isnan(lengths)
-    source = mapping.source("length")
-    if source is not None and source.column is not None:
-        import shapely
-
-        places = shapely.get_coordinates(table["geometry"].to_numpy())
-        doubt = length_doubt(lengths, drawn, source.unit or "m", places, crs)
-        if doubt is not None and doubt.likely:
-            what = f"{doubt.told}: the unit is rather {doubt.likely}"
-            links.faults.add(what, column=source.column)
-        elif doubt is not None:
-            notes.add("lengths differ", doubt.told, severity="warning", value=doubt.ratio)
-    if source is None:
-        notes.add("length of geometry", "lengths are those of the lines", element="link")
-    else:
-        note = "no length in the table: that of the line (value, m)"
-        notes.warn_each(
-            "length assumed", note, table["link_id"][missing].tolist(), drawn[missing].tolist()
-        )
-    for row in np.flatnonzero(missing & ~(drawn > 0)).tolist():
-        links.add("the line has no length, and the table none", row, "geometry")
-    return table.assign(length=np.where(missing, drawn, lengths))
-
-
-def _add_loop_faults(
-    links: Rows,
-    link_id: pd.Series,
-    mapping: ColumnMapping,
-    place: tuple[Ints, Floats],
-    notes: Notes,
-) -> None:
-    """Lines (their nodes, m) that lead back to their own node: too short, or real loops."""
-    at, length = place
-    loops = at[:, 0] == at[:, 1]
-    short = loops & (length <= 2 * mapping.tolerance) & ("from_node_id" not in mapping.links)
-    for row in np.flatnonzero(short).tolist():
-        what = f"both ends are one node: the tolerance of {mapping.tolerance:g} m is too large"
-        links.add(what, row, "geometry", f"{length[row]:.3g} m long")
-    real = link_id[loops & ~short].tolist()
-    note = "the link leads back to its own node"
-    notes.warn_each("self-loop", note, real, [None] * len(real))
-
-
-def _turned(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows for the backward direction alone, from their last point to their first."""
-    import shapely
-
-    backward = (table["way"] < 0).to_numpy()
-    if not backward.any():
-        return table
-    ends = ["from_node_id", "to_node_id"]
-    other = table[ends[::-1]].set_axis(ends, axis=1)
-    turned = table.assign(**{end: table[end].where(~backward, other[end]) for end in ends})
-    shapes = table["geometry"].to_numpy(dtype=object, copy=True)
-    shapes[backward] = shapely.reverse(shapes[backward])
-    return turned.assign(geometry=shapes)
 
 
 def _tables(links: pd.DataFrame, nodes: pd.DataFrame, crs: CRS | None, notes: Notes) -> Network:

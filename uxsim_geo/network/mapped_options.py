@@ -16,9 +16,9 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.exact import FINEST
@@ -89,8 +89,8 @@ class Direction:
     both: tuple[str | None, ...] = ()
 
 
-#: as it may be written: a Source, the name of a column, or a number
-Written = Source | str | float
+#: as it may be written: a Source or its fields by name, the name of a column, or a number
+Written = Source | Mapping[str, Any] | str | float
 
 
 @dataclass(frozen=True)
@@ -128,15 +128,10 @@ class ColumnMapping:
         faults = Faults("column mapping")
         _add_name_faults(faults, self.links, (*TEXTS, *NUMBERS, *BACKWARD))
         _add_name_faults(faults, self.nodes, NODE_NAMES)
-        for name in ("lanes", "free_speed"):
-            if name not in self.links:
-                faults.add("is needed: name a column, or a constant", column=name)
-        if ("from_node_id" in self.links) != ("to_node_id" in self.links):
-            faults.add("give both from_node_id and to_node_id, or neither", column="from_node_id")
-        if self.nodes and "node_id" not in self.nodes:
-            faults.add("is needed: name a column of the table of points", column="node_id")
+        self._add_lack_faults(faults)
         for name, written in [*self.links.items(), *self.nodes.items()]:
-            _add_source_faults(faults, name, source_of(written))
+            if _is_written_well(faults, name, written):
+                _add_source_faults(faults, name, source_of(written))
         if self.lanes_of not in get_args(LanesOf):
             faults.add("must be direction or road", column="lanes_of", value=self.lanes_of)
         if self.lanes_of == "road" and "lanes_backward" in self.links:
@@ -147,6 +142,16 @@ class ColumnMapping:
             _add_direction_faults(faults, self.direction)
         faults.raise_if_any()
 
+    def _add_lack_faults(self, faults: Faults) -> None:
+        """Note what must be mapped and is not."""
+        for name in ("lanes", "free_speed"):
+            if name not in self.links:
+                faults.add("is needed: name a column, or a constant", column=name)
+        if ("from_node_id" in self.links) != ("to_node_id" in self.links):
+            faults.add("give both from_node_id and to_node_id, or neither", column="from_node_id")
+        if self.nodes and "node_id" not in self.nodes:
+            faults.add("is needed: name a column of the table of points", column="node_id")
+
     def source(self, name: str) -> Source | None:
         """Where a column of the links comes from; None: nothing is said of it."""
         written = self.links.get(name)
@@ -154,9 +159,11 @@ class ColumnMapping:
 
 
 def source_of(written: Written) -> Source:
-    """A name is that of a column, a number a constant."""
+    """A name is that of a column, a number a constant, names with values the fields of a Source."""
     if isinstance(written, Source):
         return written
+    if isinstance(written, Mapping):
+        return Source(**written)
     return Source(written) if isinstance(written, str) else Source(constant=written)
 
 
@@ -187,6 +194,21 @@ def _add_name_faults(faults: Faults, given: Mapping[str, Written], known: tuple[
             near = difflib.get_close_matches(str(name), known, n=1)
             hint = f"; did you mean {near[0]}?" if near else f"; known are {', '.join(known)}"
             faults.add(f"is no column that can be mapped{hint}", column=str(name))
+
+
+def _is_written_well(faults: Faults, name: str, written: Written) -> bool:
+    """Whether a source can be made of it: names with values must be those of its fields."""
+    known = [one.name for one in fields(Source)]
+    if isinstance(written, Mapping):
+        for key in [key for key in written if key not in known]:
+            near = difflib.get_close_matches(str(key), known, n=1)
+            hint = f"; did you mean {near[0]}?" if near else f"; known are {', '.join(known)}"
+            faults.add(f"{key} says nothing of a source{hint}", column=name)
+        return set(written) <= set(known)
+    if isinstance(written, bool) or not isinstance(written, (Source, str, int, float)):
+        faults.add("must be a column, a number or a source", column=name, value=written)
+        return False
+    return True
 
 
 def _add_source_faults(faults: Faults, name: str, source: Source) -> None:
