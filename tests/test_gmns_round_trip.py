@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from gmns_files import METRIC, assert_same_network, assert_same_table, crossing, read
+from gmns_files import METRIC, assert_same_network, assert_same_table, crossing, folder_of, read
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pandas.testing import assert_frame_equal
@@ -186,6 +186,19 @@ def test_tables_of_an_earlier_writing_do_not_stay(tmp_path: Path) -> None:
     write_gmns_network(crossing(), tmp_path)
     assert not (tmp_path / "movement.csv").exists()
     assert_same_network(read_gmns_network(tmp_path), crossing())
+
+
+def test_tables_that_others_wrote_are_not_touched(tmp_path: Path) -> None:
+    folder_of(tmp_path, lane=["lane_id,link_id,lane_num", "1,a,1"])
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(InputError) as raised:
+        write_gmns_network(crossing(), tmp_path)
+    assert [fault.what.split()[2] for fault in raised.value.faults] == [
+        "node.csv",
+        "link.csv",
+        "lane.csv",
+    ]
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_the_same_network_gives_the_same_bytes(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from uxsim_geo.network.exact import exact_factor, float_text, shortest_text
 from uxsim_geo.network.gmns_columns import blank_of, cells_of, column_type, place_in_file
 from uxsim_geo.network.gmns_movements import turns_at
 from uxsim_geo.network.gmns_signals_write import signal_cells
-from uxsim_geo.network.gmns_tables import UNIT_NAMES, GmnsUnits
+from uxsim_geo.network.gmns_tables import UNIT_NAMES, GmnsUnits, is_there
 from uxsim_geo.network.network import NOTE_COLUMNS, Network
 from uxsim_geo.network.rows import lacking
 from uxsim_geo.network.turn_types import turn_types
@@ -84,7 +84,17 @@ def write_gmns_network(
 
 
 def write_tables(tables: dict[str, Cells], folder: Path) -> list[Path]:
-    """Write cells by table; an optional table that is not among them does not stay either."""
+    """Write cells by table; an optional table that is not among them does not stay either.
+
+    Only a folder without such tables, or one that was written before, is written into.
+    """
+    if not is_there(folder, "uxsim_columns"):
+        faults = Faults(str(folder))
+        for name in ("config", "node", "link", *OPTIONAL):
+            if is_there(folder, name):
+                what = f"holds a {name}.csv that uxsim-geo did not write: write to another folder"
+                faults.add(what)
+        faults.raise_if_any()
     folder.mkdir(parents=True, exist_ok=True)
     for name in OPTIONAL:
         if name not in tables:

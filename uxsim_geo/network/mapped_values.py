@@ -63,7 +63,9 @@ def add_column_faults(rows: Rows, mapping: ColumnMapping, sources: dict[str, Sou
 
 def cell_text(value: object) -> str | None:
     """A cell as text: whole numbers without a point, nothing where it is empty."""
-    if value is None or value is pd.NA or (isinstance(value, float) and math.isnan(value)):
+    if value is None or value is pd.NA or value is pd.NaT:
+        return None
+    if isinstance(value, float) and math.isnan(value):
         return None
     if isinstance(value, (float, np.floating)) and math.isfinite(value) and value % 1 == 0:
         return str(int(value))

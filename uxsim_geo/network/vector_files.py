@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from uxsim_geo.errors import Faults
-from uxsim_geo.network.text import read_bytes
 
 if TYPE_CHECKING:
     import geopandas
@@ -48,9 +47,10 @@ def _from_gdal(path: Path, layer: str | None, faults: Faults) -> geopandas.GeoDa
     import pyogrio
     from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
 
-    if path.is_file() and read_bytes(path, faults) is None:
-        return None
     try:
+        if path.is_file():
+            with path.open("rb"):
+                pass
         layers = [str(name) for name, _ in pyogrio.list_layers(path)]
         if layer is None and len(layers) != 1:
             held = ", ".join(layers) or "none"
@@ -62,6 +62,9 @@ def _from_gdal(path: Path, layer: str | None, faults: Faults) -> geopandas.GeoDa
         table = pyogrio.read_dataframe(path, layer=layer or layers[0])
     except (DataLayerError, DataSourceError, FeatureError, GeometryError) as error:
         faults.add(f"cannot be read as a table with geometry: {error}")
+        return None
+    except OSError as error:
+        faults.add(f"cannot be read: {error}")
         return None
     except UnicodeDecodeError as error:
         faults.add(f"has text in another encoding than it says: {error}")
