@@ -1,13 +1,17 @@
-"""From trips between zones to trips between nodes."""
+"""From trips between zones to trips between nodes, and over time."""
 
 from __future__ import annotations
 
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.demand.demand import DEMAND_COLUMNS
+from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.demand.reachable import reachable_pairs
+from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.rows import is_among
 
 
 def zone_nodes(network: Network, end: str) -> pd.DataFrame:
@@ -68,3 +72,39 @@ def _note_unreachable(pairs: pd.DataFrame, notes: Notes) -> None:
             severity="warning",
             value=repr(float(trips)),
         )
+
+
+def add_zone_faults(cells: pd.DataFrame, network: Network, faults: Faults) -> None:
+    """Note zones with trips for which the network has no node, each once, with its line."""
+    for end, what in (("origin", "start"), ("destination", "end")):
+        zone_of = cells[f"{end}_zone"]
+        with_trips = (cells["trips"] > 0) & (zone_of != "")
+        known = zone_nodes(network, end)[f"{end}_zone"]
+        unknown = cells[with_trips & ~is_among(zone_of, known)]
+        unknown = unknown.drop_duplicates(f"{end}_zone")
+        for zone, line in zip(unknown[f"{end}_zone"], unknown["line"], strict=True):
+            text = f"unknown zone: the network has no node at which trips of this zone can {what}"
+            faults.add(text, line=line, value=zone)
+
+
+def between_zones(cells: pd.DataFrame, options: TripsOptions, notes: Notes) -> pd.DataFrame:
+    """Pairs of different zones with trips, those times the factor."""
+    scaled = cells.assign(trips=cells["trips"] * options.factor)
+    within = scaled["origin_zone"] == scaled["destination_zone"]
+    lost = float(scaled.loc[within, "trips"].sum())
+    if lost > 0:
+        note = "trips that start and end in the same zone were left out"
+        notes.add("intrazonal trips", note, element="demand", severity="warning", value=repr(lost))
+    return scaled[~within & (scaled["trips"] > 0)].reset_index(drop=True)
+
+
+def over_time(at_nodes: pd.DataFrame, options: TripsOptions) -> pd.DataFrame:
+    """The demand table: each row of ``at_nodes`` once for every slice of the period."""
+    parts = [
+        at_nodes.assign(
+            start_s=part.start_s, end_s=part.end_s, vehicles=at_nodes["trips"] * part.share
+        )
+        for part in options.slices()
+    ]
+    table = pd.concat(parts).sort_index(kind="stable").reset_index(drop=True)
+    return table[list(DEMAND_COLUMNS)]

@@ -10,14 +10,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
-from uxsim_geo.demand.loading import zone_nodes, zone_trips_at_nodes
+from uxsim_geo.demand.demand import Demand
+from uxsim_geo.demand.loading import (
+    add_zone_faults,
+    between_zones,
+    over_time,
+    zone_trips_at_nodes,
+)
 from uxsim_geo.demand.od_table import OdTable, ordered
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
-from uxsim_geo.network.rows import is_among
 from uxsim_geo.network.text import read_lines
 from uxsim_geo.network.tntp_rows import END_OF_METADATA, number, read_tags
 
@@ -76,14 +80,14 @@ def read_tntp_trips(trips: Path, options: TripsOptions, network: Network) -> Dem
     faults = Faults(str(trips))
     notes = Notes()
     cells, declared = _read_cells(trips, faults)
-    _add_zone_faults(cells, network, faults)
+    add_zone_faults(cells, network, faults)
     _add_repeated_pair_faults(cells, faults)
     faults.raise_if_any()
     _compare_total(float(cells["trips"].sum()), declared, notes, faults)
     faults.raise_if_any()
-    kept = _between_zones(cells, options, notes)
+    kept = between_zones(cells, options, notes)
     at_nodes = zone_trips_at_nodes(kept, network, notes)
-    return Demand(_over_time(at_nodes, options), notes.table())
+    return Demand(over_time(at_nodes, options), notes.table())
 
 
 def _read_cells(path: Path, faults: Faults) -> tuple[pd.DataFrame, tuple[str, int] | None]:
@@ -143,19 +147,6 @@ def _zone(text: str, line: int, faults: Faults) -> str:
     return ""
 
 
-def _add_zone_faults(cells: pd.DataFrame, network: Network, faults: Faults) -> None:
-    """Zones with trips for which the network has no node, each once."""
-    for end, what in (("origin", "start"), ("destination", "end")):
-        zone_of = cells[f"{end}_zone"]
-        with_trips = (cells["trips"] > 0) & (zone_of != "")
-        known = zone_nodes(network, end)[f"{end}_zone"]
-        unknown = cells[with_trips & ~is_among(zone_of, known)]
-        unknown = unknown.drop_duplicates(f"{end}_zone")
-        for zone, line in zip(unknown[f"{end}_zone"], unknown["line"], strict=True):
-            text = f"unknown zone: the network has no node at which trips of this zone can {what}"
-            faults.add(text, line=line, value=zone)
-
-
 def _add_repeated_pair_faults(cells: pd.DataFrame, faults: Faults) -> None:
     again = cells[cells.duplicated(["origin_zone", "destination_zone"])]
     again = again[(again["origin_zone"] != "") & (again["destination_zone"] != "")]
@@ -191,26 +182,3 @@ def _compare_total(
     elif abs(found - total) > max(written_to, 1e-9 * abs(total)):
         note = f"the trips in the file do not sum to the total that it declares, {text}"
         notes.add("trips total", note, element="demand", severity="warning", value=repr(found))
-
-
-def _between_zones(cells: pd.DataFrame, options: TripsOptions, notes: Notes) -> pd.DataFrame:
-    """Pairs of different zones with trips, those times the factor."""
-    scaled = cells.assign(trips=cells["trips"] * options.factor)
-    within = scaled["origin_zone"] == scaled["destination_zone"]
-    lost = float(scaled.loc[within, "trips"].sum())
-    if lost > 0:
-        note = "trips that start and end in the same zone were left out"
-        notes.add("intrazonal trips", note, element="demand", severity="warning", value=repr(lost))
-    return scaled[~within & (scaled["trips"] > 0)].reset_index(drop=True)
-
-
-def _over_time(at_nodes: pd.DataFrame, options: TripsOptions) -> pd.DataFrame:
-    """The demand table: each row of ``at_nodes`` once for every slice of the period."""
-    parts = [
-        at_nodes.assign(
-            start_s=part.start_s, end_s=part.end_s, vehicles=at_nodes["trips"] * part.share
-        )
-        for part in options.slices()
-    ]
-    table = pd.concat(parts).sort_index(kind="stable").reset_index(drop=True)
-    return table[list(DEMAND_COLUMNS)]

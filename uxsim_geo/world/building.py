@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from uxsim_geo.errors import Fault, Faults, InputError
+from uxsim_geo.network.uxsim_csv import read_uxsim_rows
 from uxsim_geo.settings import Settings
 from uxsim_geo.world import options, values
-from uxsim_geo.world.csv_files import read_csv_files
 from uxsim_geo.world.links import Link
 from uxsim_geo.world.nodes import Node
 from uxsim_geo.world.roads import Roads
@@ -137,14 +137,14 @@ class Scenario(Roads):
         fname_demand: str | Path,
         tmax: float | None = None,
     ) -> None:
-        """Add what stands in three CSV files; see :mod:`uxsim_geo.world.csv_files`.
+        """Add what stands in three CSV files; see :mod:`uxsim_geo.network.uxsim_csv`.
 
         Raises :class:`uxsim_geo.errors.InputError` with all that is wrong in any of them, and
         adds nothing then.
         """
         paths = (Path(fname_node), Path(fname_link), Path(fname_demand))
         end = self._tmax if tmax is None else tmax
-        rows = read_csv_files(*paths, known=(self._nodes, self._links), end=end)
+        rows = read_uxsim_rows(*paths, known=(self._nodes, self._links), end=end)
         if tmax is not None:
             self._set_tmax(tmax)
         for _, told in rows.nodes:

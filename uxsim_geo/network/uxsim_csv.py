@@ -1,4 +1,4 @@
-"""The three tables in which UXsim's users keep a scenario: nodes, links and demand as CSV.
+"""The three tables in which UXsim's users keep a scenario, nodes, links and demand, row by row.
 
 Columns are found by their names in the first line, or by their places if that line holds values
 already: ``name,x,y``; ``name,start,end,length,u,kappa,merge_priority``;
@@ -80,16 +80,17 @@ DEMAND = (
 )
 
 
-def read_csv_files(
+def read_uxsim_rows(
     nodes: Path,
     links: Path,
-    demand: Path,
-    known: tuple[Collection[str], Collection[str]],
+    demand: Path | None,
+    known: tuple[Collection[str], Collection[str]] = ((), ()),
     end: float | None = None,
 ) -> ScenarioRows:
     """Read the three files; ``known`` are the names of nodes and links that are there already.
 
-    ``end`` of the simulation, s: nobody may depart later; None: it is not known.
+    ``demand`` may be None: there is none. ``end`` of the simulation, s: nobody may depart later;
+    None: it is not known.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong in any of them.
     """
@@ -98,7 +99,7 @@ def read_csv_files(
     rows = []
     for path, columns in ((nodes, NODES), (links, LINKS), (demand, DEMAND)):
         own = Faults(str(path))
-        rows.append((own, _read_table(path, columns, own)))
+        rows.append((own, [] if path is None else _read_table(path, columns, own)))
     (node_faults, node_rows), (link_faults, link_rows), (demand_faults, demand_rows) = rows
     names = _add_repeated(node_faults, node_rows, known_nodes)
     _add_repeated(link_faults, link_rows, known_links)
