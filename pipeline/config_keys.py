@@ -75,12 +75,24 @@ def existing_file(path: Path, folder: Path | None) -> Path:
     return absolute
 
 
+def existing_folder(path: Path, folder: Path | None) -> Path:
+    """Make a path absolute, from ``folder``, and see that it is one; raises ValueError if not."""
+    absolute = (folder / path).resolve() if folder else path
+    if folder and not absolute.is_dir():
+        raise ValueError(f"no such folder (looked for {absolute})")
+    return absolute
+
+
 def _folder(info: ValidationInfo) -> Path | None:
     return info.context.folder if isinstance(info.context, Reading) else None
 
 
 def _input_file(path: Path, info: ValidationInfo) -> Path:
     return existing_file(path, _folder(info))
+
+
+def _input_folder(path: Path, info: ValidationInfo) -> Path:
+    return existing_folder(path, _folder(info))
 
 
 def _as_id(value: object) -> object:
@@ -120,6 +132,7 @@ def _polygon(value: object, info: ValidationInfo) -> object:
 
 
 InputFile = Annotated[Path, Field(strict=False), AfterValidator(_input_file)]
+InputFolder = Annotated[Path, Field(strict=False), AfterValidator(_input_folder)]
 Id = Annotated[str, BeforeValidator(_as_id, json_schema_input_type=str | int)]
 Ids = Annotated[tuple[Id, ...], Field(strict=False)]
 
@@ -188,7 +201,12 @@ def files_in(section: Section) -> Iterator[Path]:
 
 
 def named_files(value: object, name: str = "") -> dict[str, Path]:
-    """Return the files that a section and all in it name, by the keys that do so: trips.0.file."""
+    """Return the files that a section and all in it name, by the keys that do so: trips.0.file.
+
+    Of folders, the files in them.
+    """
+    if isinstance(value, Path) and value.is_dir():
+        return {f"{name}/{path.name}": path for path in sorted(value.iterdir()) if path.is_file()}
     if isinstance(value, Path):
         return {name: value}
     parts: Iterable[tuple[object, object]] = ()

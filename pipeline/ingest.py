@@ -68,7 +68,7 @@ def read_sources(
     network = NETWORKS[section.format](section, progress)
     faults: list[Fault] = []
     demands: list[Demand] = []
-    for read in (_tntp_trips, _other_demand):
+    for read in (_tntp_trips, _demand_beside, _other_demand):
         try:
             demands += read(section, network)
         except InputError as error:
@@ -80,6 +80,9 @@ def read_sources(
             faults += error.faults
     if faults:
         raise InputError(faults)
+    if not demands:
+        what = "ingest: there are no trips in these files; describe some under ingest.demand"
+        raise InputError([Fault(what)])
     table = pd.concat([demand.table for demand in demands], ignore_index=True)
     if "class" in table:
         table["class"] = table["class"].fillna(DEFAULT)
@@ -103,10 +106,47 @@ def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
     return read_osm_network(section.osm.file, options, progress=progress)
 
 
+def _gmns_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+    from uxsim_geo.network.gmns import read_gmns_network
+
+    assert section.gmns is not None
+    return read_gmns_network(section.gmns.folder, section.gmns.options(section.jam_density))
+
+
+def _csv_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+    return _csv_tables(section)[0]
+
+
+def _csv_tables(section: IngestSection) -> tuple[Network, Demand]:
+    from uxsim_geo.demand.uxsim_csv import read_uxsim_csv
+    from uxsim_geo.network.uxsim_tables import UxsimCsvOptions
+
+    assert section.csv is not None
+    files = section.csv.nodes, section.csv.links, section.csv.demand
+    return read_uxsim_csv(*files, UxsimCsvOptions(section.csv.crs))
+
+
+def _tables_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+    from uxsim_geo.network.mapped import read_mapped_network
+
+    told = section.tables
+    assert told is not None
+    return read_mapped_network(
+        told.links,
+        told.mapping(),
+        nodes_file=told.nodes,
+        links_layer=told.links_layer,
+        nodes_layer=told.nodes_layer,
+    )
+
+
 #: one reader a format
 NETWORKS: dict[str, Callable[[IngestSection, Progress | None], Network]] = {
     "tntp": _tntp_network,
     "osm": _osm_network,
+    "gmns": _gmns_network,
+    "csv": _csv_network,
+    "tables": _tables_network,
 }
 
 
@@ -124,6 +164,19 @@ def _tntp_trips(section: IngestSection, network: Network) -> list[Demand]:
     if faults:
         raise InputError(faults)
     return demands
+
+
+def _demand_beside(section: IngestSection, network: Network) -> list[Demand]:
+    """The demand that the files of the network's format bring along."""
+    if section.csv is not None and section.csv.demand is not None:
+        return [_csv_tables(section)[1]]
+    told = section.gmns
+    if told is None or not told.demand or not (told.folder / "demand.csv").is_file():
+        return []
+    from uxsim_geo.demand.gmns import read_gmns_demand
+
+    options, unknown = told.trips_options(), told.unknown_zones
+    return [read_gmns_demand(told.folder, network, options, unknown_zones=unknown)]
 
 
 def _other_demand(section: IngestSection, network: Network) -> list[Demand]:

@@ -9,7 +9,12 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from pipeline.config_keys import Id, InputFile, Section
 from pipeline.demand_config import DemandEntry, ProfileStep
-from pipeline.ingest_config_formats import OsmSection
+from pipeline.ingest_config_formats import (
+    GmnsSection,
+    OsmSection,
+    TablesSection,
+    UxsimCsvSection,
+)
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.network.tntp_options import (
     CapacityFrom,
@@ -21,10 +26,10 @@ from uxsim_geo.network.tntp_options import (
 from uxsim_geo.network.units import Quantity, parse_unit
 
 #: of the network; each but TNTP, whose keys stand in the section itself, has a section of its name
-Format = Literal["tntp", "osm"]
+Format = Literal["tntp", "osm", "gmns", "csv", "tables"]
 
 #: of the formats that have one
-SECTIONS = ("osm",)
+SECTIONS = ("osm", "gmns", "csv", "tables")
 
 #: keys that say nothing about other formats
 TNTP_ALONE = ("net", "nodes", "flow", "trips")
@@ -89,6 +94,9 @@ class IngestSection(Section):
 
     format: Format = Field("tntp", description="format of the network")
     osm: OsmSection | None = Field(None, description="section: roads from OpenStreetMap")
+    gmns: GmnsSection | None = Field(None, description="section: a folder of GMNS tables")
+    csv: UxsimCsvSection | None = Field(None, description="section: UXsim's CSV files")
+    tables: TablesSection | None = Field(None, description="section: any file of lines")
     demand: tuple[DemandEntry, ...] = Field(
         (), strict=False, description="trips of other sources than TNTP files"
     )
@@ -161,7 +169,9 @@ class IngestSection(Section):
         for name in TNTP_ALONE:
             if self.format != "tntp" and getattr(self, name) not in (None, ()):
                 raise ValueError(f"{name} is for format: tntp, and this is {self.format}")
-        if not self.trips and not self.demand:
+        with_network = self.csv is not None and self.csv.demand is not None
+        with_network |= self.gmns is not None and self.gmns.demand
+        if not (self.trips or self.demand or with_network):
             raise ValueError("has no trips: give demand, or with TNTP files trips")
         self.network_options()
         return self

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pipeline.config_keys import InputFile, Section
+from pipeline.config_keys import InputFile, InputFolder, Section
+from uxsim_geo.demand.profile import TripsOptions
+from uxsim_geo.network.gmns_options import MOTOR_USES, GmnsOptions
+from uxsim_geo.network.mapped_options import ColumnMapping, Direction
 from uxsim_geo.network.osm_options import PUBLIC_ROADS, OsmOptions
+from uxsim_geo.network.units import KMH
 
 
 class OsmSection(Section):
@@ -58,4 +62,157 @@ class OsmSection(Section):
             jam_density=jam_density,
             signal_distance=self.signal_distance_m,
             max_unpacked_mb=self.max_unpacked_mb,
+        )
+
+
+class GmnsSection(Section):
+    """A folder of GMNS tables: node.csv, link.csv and what is beside them, demand.csv too."""
+
+    folder: InputFolder = Field(description="the folder")
+    length_unit: str | None = Field(
+        None, description="of column length, as m, km, ft, mi; none: as config.csv says"
+    )
+    speed_unit: str | None = Field(
+        None, description="of column free_speed, as km/h or mph; none: as config.csv says"
+    )
+    capacity_unit: str = Field(
+        "veh/h/lane", description="of column capacity; many tables have veh/h of the whole link"
+    )
+    crs: str | None = Field(
+        None, description="of the coordinates, as EPSG:4326, or none; none given: config.csv"
+    )
+    length_from: Literal["file", "geometry"] = Field(
+        "file", description="geometry: lengths are those of the lines"
+    )
+    length_check: Literal["refuse", "warn"] = Field(
+        "refuse",
+        description="what becomes of lengths that would agree with the lines in other units",
+    )
+    uses: tuple[str, ...] = Field(
+        MOTOR_USES,
+        strict=False,
+        description="links are read if their allowed_uses name one of these",
+    )
+    leave_out: tuple[str, ...] = Field(
+        (), strict=False, description="values of facility_type whose links are left out"
+    )
+    lanes_where_missing: int | None = Field(
+        None, ge=1, description="lanes of links without; none: a fault"
+    )
+    speed_where_missing_kmh: float | None = Field(
+        None, gt=0, description="free speed of links without, km/h; none: a fault"
+    )
+    turns: Literal["listed", "all"] = Field(
+        "listed",
+        description="listed: movement.csv, where there is one, bans what it does not list at its "
+        "nodes; all: it is not read",
+    )
+    demand: bool = Field(True, description="whether demand.csv is read too, where there is one")
+    demand_period_s: float | None = Field(
+        None, gt=0, description="over which its trips between zones depart, s"
+    )
+    demand_factor: float = Field(1.0, gt=0, description="its trips are multiplied by this number")
+    unknown_zones: Literal["fault", "drop"] = Field(
+        "fault", description="trips of zones that the network lacks: an error, or left out and told"
+    )
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        self.options(0.2)
+        return self
+
+    def options(self, jam_density: float) -> GmnsOptions:
+        """Return what the reader is told; ``jam_density`` is that of the whole ingestion."""
+        speed = self.speed_where_missing_kmh
+        return GmnsOptions(
+            length_unit=self.length_unit,
+            speed_unit=self.speed_unit,
+            capacity_unit=self.capacity_unit,
+            crs=self.crs,
+            length_from=self.length_from,
+            length_check=self.length_check,
+            uses=self.uses,
+            leave_out=self.leave_out,
+            lanes_where_missing=self.lanes_where_missing,
+            speed_where_missing=None if speed is None else speed / KMH,
+            turns=self.turns,
+            jam_density=jam_density,
+        )
+
+    def trips_options(self) -> TripsOptions | None:
+        """Return when its trips are made; None: nobody says."""
+        if self.demand_period_s is None:
+            return None
+        return TripsOptions(self.demand_period_s, self.demand_factor)
+
+
+class UxsimCsvSection(Section):
+    """UXsim's CSV files."""
+
+    nodes: InputFile = Field(description="name,x,y")
+    links: InputFile = Field(description="name,start,end,length,u,kappa,merge_priority")
+    demand: InputFile | None = Field(None, description="orig,dest,start_t,end_t,q")
+    crs: str = Field("none", description="of x and y, as EPSG:4326; none: of no known system")
+
+
+class DirectionSection(Section):
+    """Which way the traffic goes on a row, along its line: values of a column; null: empty."""
+
+    column: str = Field(description="of the table")
+    forward: tuple[str | None, ...] = Field(
+        (), strict=False, description="from first to last point"
+    )
+    backward: tuple[str | None, ...] = Field((), strict=False, description="the other way")
+    both: tuple[str | None, ...] = Field((), strict=False, description="both ways: two links")
+
+
+class TablesSection(Section):
+    """Any file of lines, by a mapping of its columns."""
+
+    links: InputFile = Field(
+        description="lines: GeoPackage, GeoJSON, shapefile, FlatGeobuf or GeoParquet"
+    )
+    links_layer: str | None = Field(None, description="of the file, where it has several")
+    nodes: InputFile | None = Field(
+        None, description="points of the nodes; none: nodes are where lines end"
+    )
+    nodes_layer: str | None = Field(None, description="of that file")
+    columns: dict[str, Any] = Field(
+        description="by column of the links (lanes and free_speed are needed): the file's "
+        "column, or a number, or {column or constant, unit, values, missing}"
+    )
+    node_columns: dict[str, Any] = Field(
+        {}, description="likewise for the nodes: node_id is needed"
+    )
+    direction: DirectionSection | None = Field(
+        None, description="section; none: every row is one direction, along its line"
+    )
+    lanes_of: Literal["direction", "road"] = Field(
+        "direction", description="road: lanes count both directions of a two-way row"
+    )
+    tolerance_m: float = Field(
+        1.0, ge=0, description="ends of lines as near as this are at the same node, m"
+    )
+    crs: str | None = Field(None, description="of files that do not say theirs")
+    keep: tuple[str, ...] = Field((), strict=False, description="further columns to keep")
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        self.mapping()
+        return self
+
+    def mapping(self) -> ColumnMapping:
+        """Return what the reader is told."""
+        told = self.direction
+        direction = (
+            None if told is None else Direction(told.column, told.forward, told.backward, told.both)
+        )
+        return ColumnMapping(
+            self.columns,
+            self.node_columns,
+            direction,
+            self.lanes_of,
+            self.tolerance_m,
+            self.crs,
+            self.keep,
         )
