@@ -40,6 +40,7 @@ PYTHON_SIDE = (
     "simulation",
     "steering",
     "tables",
+    "ways",
 )
 KERNELS_MAY_IMPORT = {"numpy", "uxsim_geo", "uxsim_geo.compiling", "uxsim_geo.draws"} | {
     f"uxsim_geo.engine.{kernel}" for kernel in KERNELS

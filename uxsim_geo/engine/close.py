@@ -79,12 +79,12 @@ def find_locked(w: World):
 @kernel
 def may_move(w: World, queue):
     """Whether the first platoon of a queue has a way on that is open or may open."""
-    platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
-    ways = False
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        if may_choose(w, queue, link):
-            ways = True
+    platoon = platoon_at(w.links, queue, queue["left"])
+    v, ways = platoon["vertex"], False
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        if may_choose(w, queue, arc):
+            ways, link = True, w.routes.arc[arc]["link"]
             closed = opening(w.links, link, platoon["vehicles"]) == math.inf
             if not (closed and w.links.queue[link]["locked"]):
                 return True
-    return not ways or w.routes.destination[platoon["destination"]]["node"] == v
+    return not ways or w.routes.destination[platoon["destination"]]["node"] == queue["end_node"]

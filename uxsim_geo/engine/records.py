@@ -37,6 +37,7 @@ PLATOON = np.dtype(
         ("trip", np.int32),  # row of its trip
         ("destination", np.int32),  # position among the destinations
         ("vehicles", np.int32),
+        ("vertex", np.int32),  # to which it comes at the end of the link; origin: where it begins
     ],
     align=True,
 )
@@ -49,6 +50,7 @@ QUEUE = np.dtype(
         ("feasible", np.float64),  # it can make its move from here on, s
         ("due", np.float64),  # it certainly leaves no earlier, s
         ("choice", np.int64),  # an out-link, ARRIVE or DEAD_END
+        ("arc", np.int64),  # over which it drives on to that link
         ("chosen_step", np.int64),  # when that was last drawn
         ("since_step", np.int64),  # first step of the unbroken run of that draw; -1: always
         ("listed_step", np.int64),  # where it is in the calendar; -1: not listed
@@ -95,9 +97,6 @@ ROAD = np.dtype(
         ("free_speed", np.float64),  # m/s
         ("spacing", np.float64),  # 1 / (m κ), m per vehicle
         ("lag", np.float64),  # τ / m, s per vehicle
-        ("from_node", np.int32),
-        ("to_node", np.int32),
-        ("cost", np.int32),  # ms, for the drivers at hand
     ],
     align=True,
 )
@@ -107,14 +106,47 @@ GREEN = np.dtype([("start", np.float64), ("end", np.float64)])
 
 NODE = np.dtype(
     [
-        ("free_time", np.float64),  # s at free flow to the destination at hand
         ("headway", np.float64),  # 1 / capacity of the node, s per vehicle; 0: no limit
         ("open", np.float64),  # that capacity allows the next transfer from here on, s
-        ("first_out", np.int32),  # its out-links: first_out to the next node's first_out
-        ("first_in", np.int32),  # its in-links, then its origin: likewise in `Routes.into`
-        ("through", np.int32),  # 0: trips may only start or end here
+        ("first_in", np.int32),  # its in-links, then its origin: to the next node's first_in
+        ("first_vertex", np.int32),  # its vertices: likewise
+    ],
+    align=True,
+)
+
+#: where a driver is as far as his way on is concerned: a node, for those who may take every turn,
+#: and for all who have come along the beginning of a banned path another one at the same node
+VERTEX = np.dtype(
+    [
+        ("free_time", np.float64),  # s at free flow to the destination at hand
         ("distance", np.int32),  # ms to the destination at hand
-        ("toward", np.int32),  # next link on the way there, -1: none
+        ("toward", np.int32),  # next arc on the way there, -1: none
+        ("first_out", np.int32),  # its arcs: first_out to the next vertex's first_out
+        ("first_in", np.int32),  # the arcs that lead here: likewise in `Routes.incoming`
+        ("others", np.int32),  # of the first of a node: how many more it has
+        ("rank", np.int32),  # among those of its node, from 0
+        ("held", np.int32),  # above 0: not before the first of its node has been reached
+        ("reached", np.int32),  # the vertex that is so many-eth nearest to the destination
+    ],
+    align=True,
+)
+
+#: a way from a vertex to a vertex over a link; ordered by the vertex where it starts
+ARC = np.dtype(
+    [
+        ("link", np.int64),
+        ("head", np.int32),  # the vertex to which it leads
+        ("place", np.int32),  # in `Routes.incoming`
+    ],
+    align=True,
+)
+
+#: the same ordered by the vertex to which it leads, as the search for ways needs it
+INCOMING = np.dtype(
+    [
+        ("arc", np.int32),
+        ("tail", np.int32),  # the vertex where it starts
+        ("cost", np.int32),  # ms, for the drivers at hand
     ],
     align=True,
 )
@@ -147,8 +179,8 @@ DRIVER = np.dtype(
     align=True,
 )
 
-#: a node that a trip has come through, and where in the trail the one before it stands
-VISITED = np.dtype([("node", np.int32), ("before", np.int32)], align=True)
+#: a vertex that a trip has come through, and where in the trail the one before it stands
+VISITED = np.dtype([("vertex", np.int32), ("before", np.int32)], align=True)
 
 TRIP = np.dtype(
     [
@@ -159,8 +191,8 @@ TRIP = np.dtype(
         ("covered", np.float64),  # of the link it is on at the end, m
         ("from_node", np.int32),
         ("status", np.int32),
-        ("route", np.int32),  # its next link in `Routes.given`; -1: it chooses
-        ("trail", np.int32),  # the last node it came through in `Routes.trail`; -1: none
+        ("route", np.int32),  # its next arc in `Routes.given`; -1: it chooses
+        ("trail", np.int32),  # the last vertex it came through in `Routes.trail`; -1: none
     ],
     align=True,
 )
@@ -195,7 +227,7 @@ CLOCK = np.dtype(
         ("update_step", np.int64),  # of the next update, or look at the traffic, of any drivers
         ("update_weight", np.float64),
         ("logit_spread", np.float64),  # s; 0: inertia instead
-        ("no_cycles", np.int64),  # 1: nobody returns to a node
+        ("no_cycles", np.int64),  # 1: nobody returns to a vertex
         ("deterministic", np.int64),  # 1: no draws
         ("noise", np.float64),
         ("mean_speed", np.float64),  # of the vehicles on the road at the last update, m/s
@@ -227,15 +259,17 @@ class Routes(NamedTuple):
     road: np.ndarray  # (links,) ROAD
     node: np.ndarray  # (nodes + 1,) NODE
     into: np.ndarray  # (links + origins,) int64: queues ordered by the node they end at
+    vertex: np.ndarray  # (vertices + 1,) VERTEX
+    arc: np.ndarray  # (arcs,) ARC
+    incoming: np.ndarray  # (arcs,) INCOMING
     destination: np.ndarray  # (destinations + 1,) DESTINATION
-    weight: np.ndarray  # (destinations, links) float32: B
+    weight: np.ndarray  # (destinations, arcs) float32: B
     driver: np.ndarray  # (drivers,) DRIVER
     observed: np.ndarray  # (rows, links) float64: travel times that drivers have seen, s
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
-    given: np.ndarray  # (n,) int32: given routes one after the other, links
+    given: np.ndarray  # (n,) int32: given routes one after the other, arcs
     trail: np.ndarray  # (n,) VISITED
-    settled: np.ndarray  # (nodes,) int32: nodes in the order of their distance
-    heap: np.ndarray  # (links + 1,) int64
+    heap: np.ndarray  # (arcs + vertices,) int64
 
 
 class Calendar(NamedTuple):

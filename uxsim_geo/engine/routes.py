@@ -69,7 +69,8 @@ def observe_times(w: World, driver, time):
 def set_costs(w: World, number, update):
     """Set what every link costs these drivers at an update: (1 + noise) time, and the rest."""
     clock, driver = w.links.clock[0], w.routes.driver[number]
-    for link in range(clock["links"]):
+    for arc in range(w.routes.arc.size):
+        link = w.routes.arc[arc]["link"]
         queue = w.links.queue[link]
         time = queue["free_time"]
         if driver["rows"] > 0:
@@ -77,7 +78,7 @@ def set_costs(w: World, number, update):
             time = w.routes.observed[row, link]
         chance = draw(driver["key"], queue["key"], NOISE, update)
         cost = time * (1.0 + clock["noise"] * chance) + w.routes.extra[number, link]
-        w.routes.road[link]["cost"] = in_milliseconds(cost)
+        w.routes.incoming[w.routes.arc[arc]["place"]]["cost"] = in_milliseconds(cost)
 
 
 @spliced
@@ -132,43 +133,52 @@ def observe(links: Links, road, link, time):
 
 @kernel
 def grow_tree(routes: Routes, target):
-    """Find the fastest way from every node to the target: `distance`, `toward`, `settled`.
+    """Find the fastest way from every vertex to the target: `distance`, `toward`, `reached`.
 
-    Dijkstra's algorithm against the direction of travel, with a heap of distance and node packed
-    into one number. Nodes without through traffic are not passed. Gives the nodes reached.
+    Dijkstra's algorithm against the direction of travel, with a heap of distance and vertex packed
+    into one number. The first vertex of a node may take all turns, so that no other one of the
+    node is nearer: most are reached with it, and only what is left goes into the heap by itself.
+    The target, a node, is reached at any of its vertices. Gives the vertices reached.
     """
-    for v in range(routes.settled.size):
-        routes.node[v]["distance"] = UNREACHED
-        routes.node[v]["toward"] = -1
-    routes.node[target]["distance"] = 0
-    routes.heap[0] = target
-    size, settled = 1, 0
+    for v in range(routes.vertex.size):
+        routes.vertex[v]["distance"] = UNREACHED
+        routes.vertex[v]["toward"] = -1
+        routes.vertex[v]["held"] = routes.vertex[v]["rank"]
+    first = routes.node[target]["first_vertex"]
+    for v in range(first, routes.node[target + 1]["first_vertex"]):
+        routes.vertex[v]["distance"] = 0
+    routes.heap[0] = first
+    size, reached = 1, 0
     while size > 0:
         packed = routes.heap[0]
         size = pop(routes.heap, size)
         v, distance = packed & _NODE_MASK, packed >> _NODE_BITS
-        if distance > routes.node[v]["distance"]:
+        if distance > routes.vertex[v]["distance"]:
             continue
-        routes.settled[settled] = v
-        settled += 1
-        if v == target or routes.node[v]["through"]:
-            size = relax(routes, v, distance, size)
-    return settled
+        for other in range(v, v + 1 + routes.vertex[v]["others"]):
+            own = routes.vertex[other]
+            own["held"] = 0
+            if own["distance"] == distance:
+                routes.vertex[reached]["reached"] = other
+                reached += 1
+                size = relax(routes, other, distance, size)
+            elif own["distance"] < UNREACHED:
+                size = push(routes.heap, size, (np.int64(own["distance"]) << _NODE_BITS) | other)
+    return reached
 
 
 @kernel
 def relax(routes: Routes, v, distance, size):
-    """Offer the way over this node to the nodes upstream; gives the size of the heap."""
-    for place in range(routes.node[v]["first_in"], routes.node[v + 1]["first_in"]):
-        link = routes.into[place]
-        if link < routes.road.size:  # not the origin
-            road = routes.road[link]
-            start = routes.node[road["from_node"]]
-            offer = min(distance + road["cost"], _FARTHEST)
-            if road["cost"] < UNREACHED and offer < start["distance"]:
-                start["distance"] = offer
-                start["toward"] = link
-                size = push(routes.heap, size, (offer << _NODE_BITS) | road["from_node"])
+    """Offer the way over this vertex to those upstream; gives the size of the heap."""
+    for place in range(routes.vertex[v]["first_in"], routes.vertex[v + 1]["first_in"]):
+        way = routes.incoming[place]
+        start = routes.vertex[way["tail"]]
+        offer = min(distance + way["cost"], _FARTHEST)
+        if way["cost"] < UNREACHED and offer < start["distance"]:
+            start["distance"] = offer
+            start["toward"] = way["arc"]
+            if start["held"] == 0:
+                size = push(routes.heap, size, (offer << _NODE_BITS) | way["tail"])
     return size
 
 
@@ -211,58 +221,63 @@ def pop(heap, size):
 def blend_tree(routes: Routes, destination, share):
     """B ← (1−share)B + share·tree, for one destination."""
     keep, add = np.float32(1.0 - share), np.float32(share)
-    for link in range(routes.road.size):
-        weight = routes.weight[destination, link] * keep
-        if routes.node[routes.road[link]["from_node"]]["toward"] == link:
-            weight += add
-        routes.weight[destination, link] = weight
+    for arc in range(routes.arc.size):
+        routes.weight[destination, arc] *= keep
+    for v in range(routes.vertex.size):
+        toward = routes.vertex[v]["toward"]
+        if toward >= 0:
+            routes.weight[destination, toward] += add
 
 
 @kernel
 def spread_tree(routes: Routes, destination, spread):
-    """Give links that lead nearer the weight exp(−detour / spread), for one destination.
+    """Give arcs that lead nearer the weight exp(−detour / spread), for one destination.
 
-    The detour is what the way over the link costs more than the best from its start (a logit
-    choice at every node, on the links of Dial 1971 that lead nearer).
+    The detour is what the way over the arc costs more than the best from its start (a logit
+    choice at every vertex, on the links of Dial 1971 that lead nearer).
     """
-    target = routes.destination[destination]["node"]
-    for link in range(routes.road.size):
-        road = routes.road[link]
-        start, end = routes.node[road["from_node"]], routes.node[road["to_node"]]
-        weight = 0.0
-        leads_on = end["through"] or road["to_node"] == target
-        if start["toward"] == link:
-            weight = 1.0
-        elif leads_on and end["distance"] < start["distance"] and road["cost"] < UNREACHED:
-            detour = road["cost"] + end["distance"] - start["distance"]
-            weight = np.exp(-detour / (1000.0 * spread))
-        routes.weight[destination, link] = weight
+    for v in range(routes.vertex.size - 1):
+        start = routes.vertex[v]
+        for arc in range(start["first_out"], routes.vertex[v + 1]["first_out"]):
+            end = routes.vertex[routes.arc[arc]["head"]]
+            cost = routes.incoming[routes.arc[arc]["place"]]["cost"]
+            weight = 0.0
+            if start["toward"] == arc:
+                weight = 1.0
+            elif end["distance"] < start["distance"] and cost < UNREACHED:
+                detour = cost + end["distance"] - start["distance"]
+                weight = np.exp(-detour / (1000.0 * spread))
+            routes.weight[destination, arc] = weight
 
 
 @kernel
 def find_free_flow_times(w: World):
     """Give every trip the free-flow time of its fastest route, s; inf where there is none."""
     routes = w.routes
-    for link in range(routes.road.size):
-        routes.road[link]["cost"] = in_milliseconds(w.links.queue[link]["free_time"])
+    for arc in range(routes.arc.size):
+        time = w.links.queue[routes.arc[arc]["link"]]["free_time"]
+        routes.incoming[routes.arc[arc]["place"]]["cost"] = in_milliseconds(time)
     for destination in range(routes.destination.size - 1):
         reached = grow_tree(routes, routes.destination[destination]["node"])
         add_up_free_times(w, reached)
         first, last = routes.destination[destination], routes.destination[destination + 1]
         for place in range(first["first_trip"], last["first_trip"]):
             trip = w.log.trip[w.log.trips_by_destination[place]]
-            trip["free_time"] = routes.node[trip["from_node"]]["free_time"]
+            begin = routes.node[trip["from_node"]]["first_vertex"]
+            trip["free_time"] = routes.vertex[begin]["free_time"]
     return True
 
 
 @kernel
 def add_up_free_times(w: World, reached):
-    """Set the free-flow time of every node to the target of the tree at hand; inf: no way."""
+    """Set the free-flow time of every vertex to the target of the tree at hand; inf: no way."""
     routes = w.routes
-    for v in range(routes.settled.size):
-        routes.node[v]["free_time"] = np.inf
-    routes.node[routes.settled[0]]["free_time"] = 0.0
-    for place in range(1, reached):
-        node = routes.node[routes.settled[place]]
-        queue = w.links.queue[node["toward"]]
-        node["free_time"] = routes.node[queue["end_node"]]["free_time"] + queue["free_time"]
+    for v in range(routes.vertex.size):
+        routes.vertex[v]["free_time"] = np.inf
+    for place in range(reached):
+        vertex = routes.vertex[routes.vertex[place]["reached"]]
+        vertex["free_time"] = 0.0
+        if vertex["toward"] >= 0:
+            arc = routes.arc[vertex["toward"]]
+            on = routes.vertex[arc["head"]]["free_time"]
+            vertex["free_time"] = on + w.links.queue[arc["link"]]["free_time"]
