@@ -14,7 +14,7 @@ from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
 from uxsim_geo.engine.population import weight_of_update
 from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
-from uxsim_geo.engine.ways import arc_records, vertex_records
+from uxsim_geo.engine.ways import arc_records, incoming_records, vertex_records
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.paths import Paths
@@ -74,7 +74,8 @@ def build_world(
     steps = int(np.ceil(settings.duration / settings.step - 1e-9))
     pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
     rows = int(drivers["rows"].sum())
-    arc, incoming = arc_records(paths, row_of_link)
+    arc = arc_records(paths, row_of_link)
+    incoming = incoming_records(paths, arc)
     world = World(
         links=Links(
             clock=_clock(settings, len(links), sleep=sleep),
@@ -86,7 +87,7 @@ def build_world(
             road=road,
             node=_nodes(paths, queue["end_node"]),
             into=np.argsort(queue["end_node"], kind="stable"),
-            vertex=vertex_records(paths),
+            vertex=vertex_records(paths, incoming),
             arc=arc,
             incoming=incoming,
             destination=_count_trips(destinations, destination, platoons.vehicles),
@@ -96,7 +97,7 @@ def build_world(
             extra=np.zeros((drivers.size, len(links))),
             given=wishes.given.astype(np.int32),
             trail=np.empty(0, records.VISITED),
-            heap=np.empty(arc.size + paths.node.size, np.int64),
+            heap=np.empty(2 * arc.size + paths.node.size, np.int64),
         ),
         calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
         log=Log(

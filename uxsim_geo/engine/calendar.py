@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import is_origin, next_green, opening_bound, platoon_at
 from uxsim_geo.engine.records import Queues, World, kernel
@@ -43,7 +45,8 @@ def sleep_until(w: World, queue):
     v = platoon["vertex"]
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
         if may_choose(w, queue, arc):
-            opens, _ = opening_bound(w.links, w.routes.arc[arc]["link"], platoon["vehicles"])
+            link = np.int64(w.routes.arc[arc]["link"])
+            opens, _ = opening_bound(w.links, link, platoon["vehicles"])
             bound = min(bound, opens)
     if node["headway"] > 0.0 and not is_origin(queue):
         bound = max(bound, node["open"])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import advance_wave, opening, platoon_at, position
 from uxsim_geo.engine.records import World, kernel, spliced
@@ -83,7 +85,7 @@ def may_move(w: World, queue):
     v, ways = platoon["vertex"], False
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
         if may_choose(w, queue, arc):
-            ways, link = True, w.routes.arc[arc]["link"]
+            ways, link = True, np.int64(w.routes.arc[arc]["link"])
             closed = opening(w.links, link, platoon["vehicles"]) == math.inf
             if not (closed and w.links.queue[link]["locked"]):
                 return True

@@ -122,30 +122,33 @@ VERTEX = np.dtype(
         ("distance", np.int32),  # ms to the destination at hand
         ("toward", np.int32),  # next arc on the way there, -1: none
         ("first_out", np.int32),  # its arcs: first_out to the next vertex's first_out
-        ("first_in", np.int32),  # the arcs that lead here: likewise in `Routes.incoming`
-        ("others", np.int32),  # of the first of a node: how many more it has
-        ("rank", np.int32),  # among those of its node, from 0
-        ("held", np.int32),  # above 0: not before the first of its node has been reached
+        ("first_in", np.int32),  # the ways that lead here: likewise in `Routes.incoming`
         ("reached", np.int32),  # the vertex that is so many-eth nearest to the destination
+        ("others", np.int16),  # of the first of a node: how many more of it have arcs
+        ("open", np.int16),  # 1: some of these have not been reached with it
     ],
     align=True,
 )
 
-#: a way from a vertex to a vertex over a link; ordered by the vertex where it starts
+#: a way from a vertex over a link; ordered by the vertex where it starts, then by link. The
+#: vertices of a node have arcs over the same links, or none
 ARC = np.dtype(
     [
-        ("link", np.int64),
-        ("head", np.int32),  # the vertex to which it leads
-        ("place", np.int32),  # in `Routes.incoming`
+        ("link", np.int32),
+        ("head", np.int32),  # the vertex to which it leads; -1: it must not be driven
+        ("cost", np.int32),  # ms, for the drivers at hand
+        # 1: it leads where that of the first vertex of the node leads; of such an arc, 1: all do
+        ("alike", np.int32),
     ],
     align=True,
 )
 
-#: the same ordered by the vertex to which it leads, as the search for ways needs it
+#: an arc as the search for ways needs it, ordered by the vertex to which it leads
 INCOMING = np.dtype(
     [
         ("arc", np.int32),
         ("tail", np.int32),  # the vertex where it starts
+        ("head", np.int32),
         ("cost", np.int32),  # ms, for the drivers at hand
     ],
     align=True,
@@ -239,6 +242,7 @@ CLOCK = np.dtype(
 NOTHING, ARRIVE, DEAD_END = -1, -2, -3
 
 NEVER = np.int64(2**62)  # a step that does not come
+UNREACHED = np.int32(2**29)  # ms, 149 hours: no way; the sum of two fits into 32 bits
 
 # status of a trip
 WAITING, RUNNING, COMPLETED, ABORTED = 0, 1, 2, 3
@@ -261,7 +265,7 @@ class Routes(NamedTuple):
     into: np.ndarray  # (links + origins,) int64: queues ordered by the node they end at
     vertex: np.ndarray  # (vertices + 1,) VERTEX
     arc: np.ndarray  # (arcs,) ARC
-    incoming: np.ndarray  # (arcs,) INCOMING
+    incoming: np.ndarray  # (ways,) INCOMING: all but those that are alike
     destination: np.ndarray  # (destinations + 1,) DESTINATION
     weight: np.ndarray  # (destinations, arcs) float32: B
     driver: np.ndarray  # (drivers,) DRIVER
@@ -269,7 +273,7 @@ class Routes(NamedTuple):
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
     given: np.ndarray  # (n,) int32: given routes one after the other, arcs
     trail: np.ndarray  # (n,) VISITED
-    heap: np.ndarray  # (arcs + vertices,) int64
+    heap: np.ndarray  # (2 arcs + vertices,) int64
 
 
 class Calendar(NamedTuple):

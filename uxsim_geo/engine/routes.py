@@ -11,9 +11,8 @@ import numpy as np
 
 from uxsim_geo.engine.link import advance_wave, platoon_at, position
 from uxsim_geo.engine.random import NOISE, draw
-from uxsim_geo.engine.records import NEVER, Links, Routes, World, kernel, spliced
+from uxsim_geo.engine.records import NEVER, UNREACHED, Links, Routes, World, kernel, spliced
 
-UNREACHED = np.int32(2**29)  # ms, 149 hours; the sum of two fits into 32 bits
 # what is farther counts as this: behind long queues and closed links there is still a way
 _FARTHEST = np.int64(2**29 - 1)  # ms
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
@@ -69,8 +68,11 @@ def observe_times(w: World, driver, time):
 def set_costs(w: World, number, update):
     """Set what every link costs these drivers at an update: (1 + noise) time, and the rest."""
     clock, driver = w.links.clock[0], w.routes.driver[number]
-    for arc in range(w.routes.arc.size):
-        link = w.routes.arc[arc]["link"]
+    for place in range(w.routes.arc.size):
+        arc = w.routes.arc[place]
+        if arc["head"] < 0:
+            continue
+        link = arc["link"]
         queue = w.links.queue[link]
         time = queue["free_time"]
         if driver["rows"] > 0:
@@ -78,7 +80,16 @@ def set_costs(w: World, number, update):
             time = w.routes.observed[row, link]
         chance = draw(driver["key"], queue["key"], NOISE, update)
         cost = time * (1.0 + clock["noise"] * chance) + w.routes.extra[number, link]
-        w.routes.incoming[w.routes.arc[arc]["place"]]["cost"] = in_milliseconds(cost)
+        arc["cost"] = in_milliseconds(cost)
+    pass_on_costs(w.routes)
+
+
+@kernel
+def pass_on_costs(routes: Routes):
+    """Let the search for ways know what arcs cost now."""
+    for place in range(routes.incoming.size):
+        way = routes.incoming[place]
+        way["cost"] = routes.arc[way["arc"]]["cost"]
 
 
 @spliced
@@ -136,49 +147,127 @@ def grow_tree(routes: Routes, target):
     """Find the fastest way from every vertex to the target: `distance`, `toward`, `reached`.
 
     Dijkstra's algorithm against the direction of travel, with a heap of distance and vertex packed
-    into one number. The first vertex of a node may take all turns, so that no other one of the
-    node is nearer: most are reached with it, and only what is left goes into the heap by itself.
-    The target, a node, is reached at any of its vertices. Gives the vertices reached.
+    into one number. The target, a node, is reached at any of its vertices. Of all vertices of a
+    node the first is nearest, since it may take every turn; most others are reached with it, over
+    the same link, and only those that must not take that go into the heap by themselves. Gives
+    how many have come out of it.
     """
     for v in range(routes.vertex.size):
         routes.vertex[v]["distance"] = UNREACHED
         routes.vertex[v]["toward"] = -1
-        routes.vertex[v]["held"] = routes.vertex[v]["rank"]
-    first = routes.node[target]["first_vertex"]
-    for v in range(first, routes.node[target + 1]["first_vertex"]):
+        routes.vertex[v]["open"] = 0
+    size, reached = 0, 0
+    for v in range(routes.node[target]["first_vertex"], routes.node[target + 1]["first_vertex"]):
         routes.vertex[v]["distance"] = 0
-    routes.heap[0] = first
-    size, reached = 1, 0
+        size = push(routes.heap, size, v)
     while size > 0:
         packed = routes.heap[0]
         size = pop(routes.heap, size)
         v, distance = packed & _NODE_MASK, packed >> _NODE_BITS
         if distance > routes.vertex[v]["distance"]:
             continue
-        for other in range(v, v + 1 + routes.vertex[v]["others"]):
-            own = routes.vertex[other]
-            own["held"] = 0
-            if own["distance"] == distance:
-                routes.vertex[reached]["reached"] = other
-                reached += 1
-                size = relax(routes, other, distance, size)
-            elif own["distance"] < UNREACHED:
-                size = push(routes.heap, size, (np.int64(own["distance"]) << _NODE_BITS) | other)
+        routes.vertex[reached]["reached"] = v
+        reached += 1
+        last = v + routes.vertex[v]["others"]
+        some = last > v and not take_along_all(routes, v, last)
+        if some:
+            size = take_along_some(routes, v, last, size)
+        size = relax(routes, v, last, distance, size, some)
     return reached
 
 
 @kernel
-def relax(routes: Routes, v, distance, size):
-    """Offer the way over this vertex to those upstream; gives the size of the heap."""
-    for place in range(routes.vertex[v]["first_in"], routes.vertex[v + 1]["first_in"]):
+def take_along_all(routes: Routes, v, last):
+    """Reach the others of a node with its first, v, if all can take the same way; False: not so."""
+    toward = routes.vertex[v]["toward"]
+    if toward >= 0 and routes.arc[toward]["alike"] == 0:
+        return False
+    for other in range(v + 1, last + 1):
+        take_along(routes, v, other)
+    return True
+
+
+@kernel
+def take_along(routes: Routes, v, other):
+    """Reach another vertex of a node with its first, v, over the same link."""
+    first, own = routes.vertex[v], routes.vertex[other]
+    if own["distance"] > first["distance"]:
+        own["distance"] = first["distance"]
+        own["toward"] = own["first_out"] + first["toward"] - first["first_out"]
+
+
+@kernel
+def take_along_some(routes: Routes, v, last, size):
+    """Reach those others of a node with its first, v, that can take the same way.
+
+    The rest go into the heap by themselves, now or as soon as a way is offered to them.
+    """
+    first = routes.vertex[v]
+    first["open"] = 1
+    for other in range(v + 1, last + 1):
+        same = routes.vertex[other]["first_out"] + first["toward"] - first["first_out"]
+        if routes.arc[same]["alike"]:
+            take_along(routes, v, other)
+        elif goes_alone(routes, other):
+            size = push(routes.heap, size, packed_label(routes, other))
+    return size
+
+
+@kernel
+def packed_label(routes: Routes, v):
+    """Pack the distance and the number of a vertex into one number."""
+    return (np.int64(routes.vertex[v]["distance"]) << _NODE_BITS) | v
+
+
+@kernel
+def goes_alone(routes: Routes, v):
+    """Whether there is a nearer way from a vertex over its own arcs than known so far; takes it."""
+    own, found = routes.vertex[v], False
+    for number in range(own["first_out"], routes.vertex[v + 1]["first_out"]):
+        arc = routes.arc[number]
+        distance = routes.vertex[arc["head"]]["distance"]
+        if arc["cost"] < UNREACHED and distance < UNREACHED:
+            offer = min(np.int64(distance) + arc["cost"], _FARTHEST)
+            if offer < own["distance"]:
+                own["distance"] = offer
+                own["toward"] = number
+                found = True
+    return found
+
+
+@kernel
+def relax(routes: Routes, v, last, distance, size, some):
+    """Offer the ways over the vertices v to last to those upstream; gives the size of the heap.
+
+    With `some`, only over those of them that are at this distance.
+    """
+    for place in range(routes.vertex[v]["first_in"], routes.vertex[last + 1]["first_in"]):
         way = routes.incoming[place]
+        if some and routes.vertex[way["head"]]["distance"] > distance:
+            continue
         start = routes.vertex[way["tail"]]
         offer = min(distance + way["cost"], _FARTHEST)
-        if way["cost"] < UNREACHED and offer < start["distance"]:
-            start["distance"] = offer
-            start["toward"] = way["arc"]
-            if start["held"] == 0:
+        if way["cost"] < UNREACHED:
+            if offer < start["distance"]:
+                start["distance"] = offer
+                start["toward"] = way["arc"]
                 size = push(routes.heap, size, (offer << _NODE_BITS) | way["tail"])
+            if start["open"] > 0:
+                size = offer_to_others(routes, way, offer, size)
+    return size
+
+
+@kernel
+def offer_to_others(routes: Routes, way, offer, size):
+    """Offer a way to the vertices of a node that have not been reached with its first."""
+    first = routes.vertex[way["tail"]]
+    for v in range(way["tail"] + 1, way["tail"] + 1 + first["others"]):
+        own = routes.vertex[v]
+        same = own["first_out"] + way["arc"] - first["first_out"]
+        if offer < own["distance"] and routes.arc[same]["alike"]:
+            own["distance"] = offer
+            own["toward"] = same
+            size = push(routes.heap, size, packed_label(routes, v))
     return size
 
 
@@ -239,13 +328,12 @@ def spread_tree(routes: Routes, destination, spread):
     for v in range(routes.vertex.size - 1):
         start = routes.vertex[v]
         for arc in range(start["first_out"], routes.vertex[v + 1]["first_out"]):
-            end = routes.vertex[routes.arc[arc]["head"]]
-            cost = routes.incoming[routes.arc[arc]["place"]]["cost"]
+            end, cost = routes.arc[arc]["head"], routes.arc[arc]["cost"]
             weight = 0.0
             if start["toward"] == arc:
                 weight = 1.0
-            elif end["distance"] < start["distance"] and cost < UNREACHED:
-                detour = cost + end["distance"] - start["distance"]
+            elif cost < UNREACHED and routes.vertex[end]["distance"] < start["distance"]:
+                detour = cost + routes.vertex[end]["distance"] - start["distance"]
                 weight = np.exp(-detour / (1000.0 * spread))
             routes.weight[destination, arc] = weight
 
@@ -254,9 +342,11 @@ def spread_tree(routes: Routes, destination, spread):
 def find_free_flow_times(w: World):
     """Give every trip the free-flow time of its fastest route, s; inf where there is none."""
     routes = w.routes
-    for arc in range(routes.arc.size):
-        time = w.links.queue[routes.arc[arc]["link"]]["free_time"]
-        routes.incoming[routes.arc[arc]["place"]]["cost"] = in_milliseconds(time)
+    for place in range(routes.arc.size):
+        arc = routes.arc[place]
+        if arc["head"] >= 0:
+            arc["cost"] = in_milliseconds(w.links.queue[arc["link"]]["free_time"])
+    pass_on_costs(routes)
     for destination in range(routes.destination.size - 1):
         reached = grow_tree(routes, routes.destination[destination]["node"])
         add_up_free_times(w, reached)
@@ -275,9 +365,12 @@ def add_up_free_times(w: World, reached):
     for v in range(routes.vertex.size):
         routes.vertex[v]["free_time"] = np.inf
     for place in range(reached):
-        vertex = routes.vertex[routes.vertex[place]["reached"]]
-        vertex["free_time"] = 0.0
-        if vertex["toward"] >= 0:
-            arc = routes.arc[vertex["toward"]]
-            on = routes.vertex[arc["head"]]["free_time"]
-            vertex["free_time"] = on + w.links.queue[arc["link"]]["free_time"]
+        first = routes.vertex[place]["reached"]
+        for v in range(first, first + 1 + routes.vertex[first]["others"]):
+            vertex = routes.vertex[v]
+            if vertex["distance"] == routes.vertex[first]["distance"]:
+                vertex["free_time"] = 0.0
+                if vertex["toward"] >= 0:
+                    arc = routes.arc[vertex["toward"]]
+                    on = routes.vertex[arc["head"]]["free_time"]
+                    vertex["free_time"] = on + w.links.queue[arc["link"]]["free_time"]

@@ -173,7 +173,7 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.routes.into, filled.links.queue.shape),
         (filled.routes.vertex, world.routes.vertex.shape),
         (filled.routes.arc, world.routes.arc.shape),
-        (filled.routes.incoming, world.routes.arc.shape),
+        (filled.routes.incoming, world.routes.incoming.shape),
         (filled.routes.weight, (filled.routes.destination.size - 1, world.routes.arc.size)),
         (filled.routes.extra, (drivers, links)),
         (filled.routes.observed, world.routes.observed.shape),

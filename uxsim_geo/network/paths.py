@@ -12,7 +12,7 @@ At a node without through traffic every turn is banned: links end in a vertex wi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -45,7 +45,8 @@ class Paths:
         (nodes + 1,) the vertex of every node at which paths begin, the first of its vertices; a
         path has come to a node at any of them
     tail, head
-        (arcs,) vertices; arcs are ordered by tail, then by link
+        (arcs,) vertices, head -1: this link must not be driven from there; arcs are ordered by
+        tail, then by link, and vertices of a node that have any have them over the same links
     link
         (arcs,) row of the link of each
     start
@@ -94,10 +95,11 @@ class Paths:
         arcs: list[int] = []
         vertex = int(self.first[self.start[route[0]]])
         for link in route:
-            if (vertex, link) not in self._arc_of:
+            arc = self._arc_of.get((vertex, link), -1)
+            if arc < 0 or self.head[arc] < 0:
                 break
-            arcs.append(self._arc_of[vertex, link])
-            vertex = int(self.head[arcs[-1]])
+            arcs.append(arc)
+            vertex = int(self.head[arc])
         return arcs
 
     def shortest(self, cost: npt.ArrayLike, origins: Ints) -> Floats:
@@ -110,7 +112,7 @@ class Paths:
 
         graph, edge = self._edges
         least = np.full(graph.nnz, np.inf)
-        np.minimum.at(least, edge, np.asarray(cost, float)[self.link])
+        np.minimum.at(least, edge, np.asarray(cost, float)[self.link[self.head >= 0]])
         weighted = csr_array((least, graph.indices, graph.indptr), shape=graph.shape)
         distances = dijkstra(weighted, indices=self.first[origins])
         nearest: Floats = np.minimum.reduceat(distances, self.first[:-1], axis=1)
@@ -141,11 +143,15 @@ class Paths:
 
     @cached_property
     def _edges(self) -> tuple[csr_array, Ints]:
-        """The graph for scipy, and the edge of every arc: of parallel arcs there is one."""
+        """The graph for scipy, and the edge of every arc that may be driven.
+
+        Of parallel arcs there is one.
+        """
         from scipy.sparse import csr_array
 
         vertices = self.node.size
-        code, edge = np.unique(self.tail * vertices + self.head, return_inverse=True)
+        code = (self.tail * vertices + self.head)[self.head >= 0]
+        code, edge = np.unique(code, return_inverse=True)
         ends = (code // vertices, code % vertices)
         return csr_array((np.ones(code.size), ends), shape=(vertices, vertices)), edge
 
@@ -191,7 +197,7 @@ class _Beginnings:
         return self._end[np.array([way[-1] for way in self.ways], np.int64)]
 
     def arcs(self, vertex_of: dict[Way, int], start: Ints, usual: Ints) -> Ints:
-        """Find tail, head and link of the arcs that go on from them; shape (3, arcs).
+        """Find tail, head (-1: banned) and link of the arcs from them; shape (3, arcs).
 
         ``usual`` is where each link leads, (links,), unless more has to be remembered.
         """
@@ -201,16 +207,18 @@ class _Beginnings:
         for way, vertex in vertex_of.items():
             node = self._end[way[-1]]
             for link in order[slice(*places[node : node + 2])].tolist():
-                after = (*way, link)
-                if not any(rest in self._banned for rest in _endings(after)):
-                    longest = next((rest for rest in _endings(after) if rest in self._known), ())
-                    found.append((vertex, vertex_of.get(longest, int(usual[link])), link))
+                endings = _endings((*way, link))
+                head = -1
+                if not any(ending in self._banned for ending in endings):
+                    longest = next((one for one in endings if one in self._known), ())
+                    head = vertex_of.get(longest, int(usual[link]))
+                found.append((vertex, head, link))
         return np.array(found, np.int64).reshape(-1, 3).T
 
 
-def _endings(way: Way) -> Iterator[Way]:
-    """Yield the way and all that it ends with, from the longest to the shortest."""
-    return (way[place:] for place in range(len(way)))
+def _endings(way: Way) -> list[Way]:
+    """Return the way and all that it ends with, from the longest to the shortest."""
+    return [way[place:] for place in range(len(way))]
 
 
 def _by_node(node: Ints, nodes: int) -> tuple[Ints, Ints, Ints]:
