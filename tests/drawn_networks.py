@@ -114,3 +114,18 @@ def webs(draw: st.DrawFn, platoon_size: int) -> Tables:
             (origin, destination, start, end, float(draw(st.integers(10, 80 * platoon_size))))
         )
     return links, rows
+
+
+@st.composite
+def bans(draw: st.DrawFn, links: Sequence[Row], most: int = 6) -> list[tuple[str, ...]]:
+    """Up to so many banned paths of two to four links that follow one another; or just turns."""
+    banned = set()
+    for _ in range(draw(st.integers(0, most))):
+        way = [draw(st.sampled_from(links))]
+        for _ in range(draw(st.sampled_from([1, 1, 1, 2, 3]))):
+            following = [row for row in links if row["from_node_id"] == way[-1]["to_node_id"]]
+            if following:
+                way.append(draw(st.sampled_from(following)))
+        if len(way) > 1:
+            banned.add(tuple(row["link_id"] for row in way))
+    return sorted(banned)
