@@ -101,7 +101,10 @@ class EnforcedRoute:
             faults.add(what, column="links", value=ids[number])
         driven = len(ids) if gaps else site.drivable(places)
         if driven < len(ids):
-            what = f"must not be driven after {ids[driven - 1]} on this route: the turn is banned"
+            what = (
+                f"must not be driven after {ids[driven - 1]} on this route: the turn is banned, "
+                "or its node lets no traffic through"
+            )
             faults.add(what, column="links", value=ids[driven])
         if ends[-1] != self.destination:
             what = f"ends at node {ends[-1]}, not at the destination {self.destination}"
