@@ -42,7 +42,8 @@ PLATOON = np.dtype(
     align=True,
 )
 
-#: a link or an origin, seen from its two ends; what is read together stands together
+#: a link or an origin, seen from its two ends; what is read together stands together, and all of it
+#: in four lines of a cache
 QUEUE = np.dtype(
     [
         # what its first platoon wants, and when
@@ -50,7 +51,6 @@ QUEUE = np.dtype(
         ("feasible", np.float64),  # it can make its move from here on, s
         ("due", np.float64),  # it certainly leaves no earlier, s
         ("choice", np.int64),  # an out-link, ARRIVE or DEAD_END
-        ("arc", np.int64),  # over which it drives on to that link
         ("chosen_step", np.int64),  # when that was last drawn
         ("since_step", np.int64),  # first step of the unbroken run of that draw; -1: always
         ("listed_step", np.int64),  # where it is in the calendar; -1: not listed
@@ -76,11 +76,12 @@ QUEUE = np.dtype(
         ("merge_priority", np.float64),
         ("key", np.uint64),  # its random identity
         ("end_node", np.int64),
+        ("arc", np.int64),  # over which its first platoon goes on to the link that it has chosen
         # the signal at its exit
         ("cycle", np.float64),  # s; 0: there is none
         ("offset", np.float64),  # s: when the first cycle begins
-        ("first_green", np.int64),  # its greens: first_green to last_green in `Links.green`
-        ("last_green", np.int64),
+        ("first_green", np.int32),  # its greens: first_green to last_green in `Links.green`
+        ("last_green", np.int32),
         # the rest
         ("vehicles_left", np.float64),
         ("credit", np.float64),  # vehicles · Σα that it has let others go before it, without draws
