@@ -176,7 +176,7 @@ def grow_tree(routes: Routes, target):
     return reached
 
 
-@kernel
+@spliced
 def take_along_all(routes: Routes, v, last):
     """Reach the others of a node with its first, v, if all can take the same way; False: not so."""
     toward = routes.vertex[v]["toward"]
@@ -196,7 +196,7 @@ def take_along(routes: Routes, v, other):
         own["toward"] = own["first_out"] + first["toward"] - first["first_out"]
 
 
-@kernel
+@spliced
 def take_along_some(routes: Routes, v, last, size):
     """Reach those others of a node with its first, v, that can take the same way.
 
@@ -219,7 +219,7 @@ def packed_label(routes: Routes, v):
     return (np.int64(routes.vertex[v]["distance"]) << _NODE_BITS) | v
 
 
-@kernel
+@spliced
 def goes_alone(routes: Routes, v):
     """Whether there is a nearer way from a vertex over its own arcs than known so far; takes it."""
     own, found = routes.vertex[v], False
@@ -235,7 +235,7 @@ def goes_alone(routes: Routes, v):
     return found
 
 
-@kernel
+@spliced
 def relax(routes: Routes, v, last, distance, size, some):
     """Offer the ways over the vertices v to last to those upstream; gives the size of the heap.
 
@@ -257,7 +257,7 @@ def relax(routes: Routes, v, last, distance, size, some):
     return size
 
 
-@kernel
+@spliced
 def offer_to_others(routes: Routes, way, offer, size):
     """Offer a way to the vertices of a node that have not been reached with its first."""
     first = routes.vertex[way["tail"]]
