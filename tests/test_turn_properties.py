@@ -82,7 +82,7 @@ def test_in_every_run_with_bans_all_of_this_holds(
 ) -> None:
     met = Counter[str]()
 
-    @settings(derandomize=True, deadline=None, max_examples=40)
+    @settings(derandomize=True, deadline=None, max_examples=25)
     @given(barred(platoon_size))
     def check(drawn: Drawn) -> None:
         tables, banned = drawn
