@@ -26,6 +26,7 @@ KERNELS = (
     "random",
     "records",
     "routes",
+    "trees",
 )
 #: what turns tables into arrays, and back, and runs the kernels
 PYTHON_SIDE = (

@@ -12,7 +12,8 @@ import numpy as np
 from uxsim_geo.engine.calendar import list_for, step_of, unlist
 from uxsim_geo.engine.link import platoon_at
 from uxsim_geo.engine.records import Links, Queues, World, kernel
-from uxsim_geo.engine.routes import grow_tree, observe, renew_destination, set_costs
+from uxsim_geo.engine.routes import observe, renew_destination, set_costs
+from uxsim_geo.engine.trees import grow_tree
 
 
 @kernel
