@@ -12,6 +12,7 @@ from uxsim_geo.engine import binding
 from uxsim_geo.engine.steering import base_levers
 from uxsim_geo.errors import Faults, InputError
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import Paths
 from uxsim_geo.settings import Settings
 
 CLASSES = ("cars", "lorries")
@@ -19,7 +20,7 @@ CLASSES = ("cars", "lorries")
 
 def site_of(network: Network) -> Site:
     """An hour in steps of 5 s."""
-    return binding.site_of(network, Settings(3600.0, 5), CLASSES)
+    return binding.site_of(network, Settings(3600.0, 5), CLASSES, Paths.of(network))
 
 
 def traffic_of(

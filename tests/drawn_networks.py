@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 
 from hypothesis import strategies as st
+from plain_paths import best_routes
 from small_networks import Row, Stream, link
 from twin import TwinLink
 
@@ -35,6 +37,46 @@ def trees(draw: st.DrawFn, platoon_size: int) -> Drawn:
         end = start + platoon_size * draw(st.floats(40, 120))
         streams.append((origin, destination, start, end, draw(st.floats(0.2, 1.5))))
     return links, {pair: routes[pair] for pair in pairs}, streams
+
+
+Barred = tuple[list[TwinLink], list[tuple[str, ...]], list[Stream]]
+
+
+@st.composite
+def barred_webs(draw: st.DrawFn, platoon_size: int) -> Barred:
+    """Up to twelve links between up to five nodes, up to four streams, and bans.
+
+    Of the fastest ways of the streams some turns, and ways over several links, are banned.
+    """
+    nodes = draw(st.integers(3, 5))
+    links: list[TwinLink] = []
+    for number in range(draw(st.integers(6, 12))):
+        first = number % nodes
+        last = (first + draw(st.integers(1, 2))) % nodes
+        links.append(_link(draw, f"link{number}", [f"{first}", f"{last}"], platoon_size))
+    rows = [row_of(one) for one in links]
+    used = sorted({end for one in links for end in (one.from_node, one.to_node)})
+    streams: list[Stream] = []
+    for number in range(draw(st.integers(1, 4))):
+        origin, destination = draw(st.permutations(used))[:2]
+        start = platoon_size * (40 * number + draw(st.floats(0, 20)))
+        end = start + platoon_size * draw(st.floats(40, 100))
+        streams.append((origin, destination, start, end, draw(st.floats(0.2, 1.0))))
+    banned = set(draw(bans(rows, most=4)))
+    cost = {one.link_id: one.length / one.free_speed for one in links}
+    for origin, destination, *_ in streams:
+        _, way = best_routes(rows, [], cost, origin).get(destination, (0.0, ()))
+        if len(way) > 1 and draw(st.booleans()):
+            begin = draw(st.integers(0, len(way) - 2))
+            banned.add(way[begin : draw(st.integers(begin + 2, len(way)))])
+    return links, sorted(banned), streams
+
+
+def row_of(one: TwinLink) -> Row:
+    """The row of a link of the twin in a links table."""
+    names = {"from_node": "from_node_id", "to_node": "to_node_id"}
+    row = {names.get(name, name): value for name, value in asdict(one).items()}
+    return row | {"capacity": math.nan if one.capacity is None else one.capacity}
 
 
 def _link(draw: st.DrawFn, link_id: str, ends: Sequence[str], platoon_size: int) -> TwinLink:
@@ -114,3 +156,18 @@ def webs(draw: st.DrawFn, platoon_size: int) -> Tables:
             (origin, destination, start, end, float(draw(st.integers(10, 80 * platoon_size))))
         )
     return links, rows
+
+
+@st.composite
+def bans(draw: st.DrawFn, links: Sequence[Row], most: int = 6) -> list[tuple[str, ...]]:
+    """Up to so many banned paths of two to four links that follow one another; or just turns."""
+    banned = set()
+    for _ in range(draw(st.integers(0, most))):
+        way = [draw(st.sampled_from(links))]
+        for _ in range(draw(st.sampled_from([1, 1, 1, 2, 3]))):
+            following = [row for row in links if row["from_node_id"] == way[-1]["to_node_id"]]
+            if following:
+                way.append(draw(st.sampled_from(following)))
+        if len(way) > 1:
+            banned.add(tuple(row["link_id"] for row in way))
+    return sorted(banned)

@@ -37,11 +37,23 @@ def link(link_id: str, start: str, end: str, length: float = 1000.0, **other: ob
     return row | other
 
 
-def network(links: Iterable[Row], *, no_through: Sequence[str] = ()) -> Network:
+def network(
+    links: Iterable[Row], *, no_through: Sequence[str] = (), banned: Iterable[Sequence[str]] = ()
+) -> Network:
+    """``banned`` are link_ids that must not be driven one after the other, two or more of them."""
     table = pd.DataFrame(list(links))
     ids = pd.unique(pd.concat([table["from_node_id"], table["to_node_id"]]))
     through = [node not in no_through for node in ids]
-    return Network(pd.DataFrame({"node_id": ids, "through_traffic": through}), table)
+    nodes = pd.DataFrame({"node_id": ids, "through_traffic": through})
+    return Network(nodes, table, turns(table, banned))
+
+
+def turns(links: pd.DataFrame, banned: Iterable[Sequence[str]]) -> pd.DataFrame:
+    """The table of banned turns, and of paths over via links."""
+    end = dict(zip(links["link_id"], links["to_node_id"], strict=True))
+    rows = [(end[first], first, last, " ".join(via) or None) for first, *via, last in banned]
+    columns = ["node_id", "from_link_id", "to_link_id", "via_link_ids"]
+    return pd.DataFrame(rows, columns=columns, dtype="str")
 
 
 def demand(*rows: tuple[str, str, float, float, float]) -> Demand:

@@ -7,8 +7,10 @@ from functools import cache
 import numpy as np
 import pytest
 from conftest import REPOSITORY
+from drawn_networks import row_of
 from newell_link import events_of, result_of, trips_of
-from test_engine_twin import CASES, network_of, run_engine, twin_case
+from small_networks import network as network_of_rows
+from test_engine_twin import CASES, run_engine, twin_case
 from twin import run_twin_for_positions
 
 from pipeline.config_file import load_config
@@ -137,7 +139,8 @@ def test_positions_are_those_of_the_twin_within_a_step(name: str) -> None:
     links, routes, streams = CASES[name]
     result = run_engine(links, streams, Settings(1200.0))
     case = twin_case(links, routes, result, substeps=12)
-    network, rows, stays = network_of(links), [], []
+    network = network_of_rows([row_of(one) for one in links])
+    rows, stays = [], []
     for link, (_, own) in enumerate(run_twin_for_positions(case)):
         for stay in own:
             left = np.nan if stay.left is None else stay.left

@@ -26,6 +26,7 @@ KERNELS = (
     "random",
     "records",
     "routes",
+    "trees",
 )
 #: what turns tables into arrays, and back, and runs the kernels
 PYTHON_SIDE = (
@@ -40,6 +41,7 @@ PYTHON_SIDE = (
     "simulation",
     "steering",
     "tables",
+    "ways",
 )
 KERNELS_MAY_IMPORT = {"numpy", "uxsim_geo", "uxsim_geo.compiling", "uxsim_geo.draws"} | {
     f"uxsim_geo.engine.{kernel}" for kernel in KERNELS

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from small_networks import across, demand, grid, link, network
+from small_networks import Row, across, demand, grid, link, network
 
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.draws import CHOICE, combine, unit
@@ -41,7 +41,22 @@ def random_case(seed: int) -> Case:
         route_update_interval=float(random.choice([60.0, 333.0, 600.0])),
         seed=seed,
     )
-    return network(links), across(size, vehicles, 1200.0), settings
+    banned = some_bans(links, seed) if seed % 3 == 0 else []
+    return network(links, banned=banned), across(size, vehicles, 1200.0), settings
+
+
+def some_bans(links: list[Row], seed: int) -> list[tuple[str, ...]]:
+    """One turn in twelve, and one way in fifty over a link between."""
+    random = np.random.default_rng([seed, 1])
+    follows = [
+        [number for number, after in enumerate(links) if after["from_node_id"] == row["to_node_id"]]
+        for row in links
+    ]
+    pairs = [(one, other) for one in range(len(links)) for other in follows[one]]
+    over = [(*pair, other) for pair in pairs for other in follows[pair[1]]]
+    banned = [pair for pair in pairs if random.random() < 1 / 12]
+    banned += [way for way in over if random.random() < 1 / 50]
+    return [tuple(links[number]["link_id"] for number in way) for way in banned]
 
 
 def steps_of(settings: Settings) -> int:
@@ -155,13 +170,13 @@ def test_no_move_is_made_before_its_out_link_was_chosen(seed: int, update_weight
     for move in moves.itertuples():
         # a move at the very edge of two steps belongs to either
         steps = {int(move.time / settings.step + hair) for hair in (-1e-9, 1e-9)}
-        assert move.out_link in {chosen_out_link(move, step, weights[step]) for step in steps}
+        assert move.out_arc in {chosen_arc(move, step, weights[step]) for step in steps}
         weight = weights[min(steps)][move.destination, move.first_out : move.last_out]
         options += np.count_nonzero(weight) - 1
     assert options > 20 or update_weight == 1.0
 
 
-def chosen_out_link(move: Any, step: int, weights: np.ndarray) -> int:
+def chosen_arc(move: Any, step: int, weights: np.ndarray) -> int:
     weight = weights[move.destination, move.first_out : move.last_out].astype(float)
     options = np.flatnonzero(weight)
     if len(options) == 1:
@@ -180,24 +195,27 @@ def choice_draw(trip_key: int, link_key: int, step: int) -> float:
 def moves_between_links(simulation: Simulation, result: Result) -> pd.DataFrame:
     """Each move from a link to the next, in positions of the engine's records."""
     routes, queue = simulation.world.routes, simulation.world.links.queue
+    paths = simulation.setting.paths
     position = np.empty(len(simulation.network.links), int)
     position[simulation.setting.row_of_link] = np.arange(position.size)
-    events = result.events.assign(link=position[result.events["link"].cat.codes])
+    events = result.events.assign(row=result.events["link"].cat.codes.astype(int))
     events = events.sort_values(["vehicle", "enter_s"], kind="stable").reset_index(drop=True)
+    arcs = [paths.arcs_along(own.tolist()) for _, own in events["row"].groupby(events["vehicle"])]
+    events["arc"] = np.concatenate(arcs)
     following = events.shift(-1)
     moves = events[following["vehicle"] == events["vehicle"]]
-    out_link = following.loc[moves.index, "link"].astype(int).to_numpy()
-    link_of_move, trip = moves["link"].to_numpy(), moves["vehicle"].to_numpy()
-    node = queue["end_node"][link_of_move]
+    out_arc = following.loc[moves.index, "arc"].astype(int).to_numpy()
+    link_of_move, trip = position[moves["row"].to_numpy()], moves["vehicle"].to_numpy()
+    vertex = paths.tail[out_arc]
     codes = result.trips["destination"].cat.codes.to_numpy()
     rank = np.searchsorted(routes.destination["node"][:-1], node_positions(simulation)[codes[trip]])
     return pd.DataFrame(
         {
             "time": moves["exit_s"].to_numpy(),
-            "out_link": out_link,
+            "out_arc": out_arc,
             "destination": rank,
-            "first_out": routes.node["first_out"][node],
-            "last_out": routes.node["first_out"][node + 1],
+            "first_out": routes.vertex["first_out"][vertex],
+            "last_out": routes.vertex["first_out"][vertex + 1],
             "trip_key": simulation.platoons.key[trip],
             "link_key": queue["key"][link_of_move],
         }

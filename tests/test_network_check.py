@@ -138,11 +138,53 @@ def test_all_faults_come_at_once() -> None:
     network = two_links()
     links = network.links.assign(length=[0.0, 1.0], merge_priority=[1.0, -2.0])
     nodes = network.nodes.assign(control=["none", "maybe", "none"])
-    turns = pd.DataFrame({"node_id": ["b"], "from_link_id": ["a-b"], "to_link_id": ["b-c"]})
+    turns = pd.DataFrame({"node_id": ["b"], "from_link_id": ["a-b"], "to_link_id": ["c-a"]})
     with pytest.raises(InputError) as raised:
         check_network(Network(nodes, links, turns))
     assert len(raised.value.faults) == 4
-    assert "banned turns are not simulated yet" in str(raised.value)
+    assert "movements: 1 row has a to_link_id that is not in the links" in str(raised.value)
+
+
+def faults_of_turns(*rows: tuple[str | None, ...]) -> str:
+    """All faults of banned turns: node, from and to link, via links; b-c comes after a-b."""
+    columns = ["node_id", "from_link_id", "to_link_id", "via_link_ids"]
+    network = two_links()
+    with pytest.raises(InputError) as raised:
+        check_network(Network(network.nodes, network.links, pd.DataFrame(rows, columns=columns)))
+    return str(raised.value)
+
+
+def test_banned_turns_name_links_that_follow_one_another() -> None:
+    text = faults_of_turns(
+        ("b", "a-b", "b-c", None),
+        ("x", "a-b", "b-c", None),
+        ("b", "a-x", "b-c", None),
+        ("b", None, "b-c", None),
+        ("c", "a-b", "b-c", ""),
+        ("c", "b-c", "a-b", None),
+        ("b", "a-b", "b-c", "b-x"),
+        ("b", "a-b", "a-b", "b-c"),
+    )
+    for told in (
+        "1 row has a node_id that is not in the nodes (row 2)",
+        "1 row has a from_link_id that is not in the links (row 3)",
+        "1 row has no from_link_id (row 4)",
+        "2 rows have a from_link_id that does not end at its node_id (rows 2, 5)",
+        "1 row has a to_link_id that does not start where its from_link_id ends (row 6)",
+        "1 row has via_link_ids that are not in the links (row 7)",
+        "1 row has via_link_ids that do not lead from from_link_id to to_link_id (row 8)",
+        "2 rows have the banned turn of an earlier row (rows 2, 5)",
+    ):
+        assert told in text
+    assert text.count("\n") == 7
+
+
+def test_banned_turns_that_make_sense_are_accepted() -> None:
+    network = two_links()
+    turns = pd.DataFrame({"node_id": ["b"], "from_link_id": ["a-b"], "to_link_id": ["b-c"]})
+    check_network(Network(network.nodes, network.links, turns))
+    with pytest.raises(InputError, match="movements: lacks the column to_link_id"):
+        check_network(Network(network.nodes, network.links, turns.drop(columns="to_link_id")))
 
 
 def test_missing_columns_and_empty_tables() -> None:

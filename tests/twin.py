@@ -66,7 +66,7 @@ class Case:
 
     ``substeps`` divides the step τΔn and must be a multiple of every link's lanes. ``merge_order``
     names, for a node, the in-links, or HOME, whose platoons go one after the other; there, nothing
-    is drawn and origins do not go first.
+    is drawn and origins do not go first. No route may hold one of the ``banned`` ways: link_ids.
     """
 
     links: Sequence[TwinLink]
@@ -77,6 +77,7 @@ class Case:
     substeps: int = 1
     seed: int = 0
     merge_order: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    banned: Sequence[tuple[str, ...]] = ()
 
     @property
     def step(self) -> float:
@@ -89,6 +90,10 @@ class Case:
                 raise ValueError(f"substeps must be a multiple of {link.lanes} ({link.link_id})")
             if link.length < link.free_speed * self.step:
                 raise ValueError(f"{link.link_id} is shorter than one step: use more substeps")
+        for route in {trip.route for trip in self.trips}:
+            for way in self.banned:
+                if f" {' '.join(way)} " in f" {' '.join(route)} ":
+                    raise ValueError(f"the route {route} holds the banned turn {way}")
 
 
 @dataclass(frozen=True)

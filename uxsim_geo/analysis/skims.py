@@ -16,6 +16,7 @@ from uxsim_geo.analysis.subsets import named_rows, names_of, node_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import Paths
 from uxsim_geo.result import Result
 
 #: rows of a table of skims; more would take several GB
@@ -49,8 +50,9 @@ def skims(
     free_flow_travel_time_s
         of the path that is fastest if every link is driven at its free speed
 
-    Paths do not pass nodes without through traffic, and know of no closures; both times are NaN
-    where no path leads. Waiting to enter the network is a part of the experienced time alone.
+    Paths obey banned turns, do not pass nodes without through traffic, and know of no closures;
+    both times are NaN where no path leads. Waiting to enter the network is a part of the
+    experienced time alone.
 
     Raises :class:`uxsim_geo.errors.InputError` for a wrong bin, unknown or no nodes, a table
     of over 20 million rows, states of other bins, or a result of another network.
@@ -64,9 +66,9 @@ def skims(
         ends = (named_rows(nodes, ids, "nodes"),) * 2
     _check_size(ends, edges)
     times = _times_by_slice(result, network, edges, states)
-    paths = _Paths.of(network)
-    free_flow = paths.fastest(network.links["length"] / network.links["free_speed"], ends)
-    instantaneous = np.stack([paths.fastest(time, ends) for time in times], axis=-1)
+    paths = Paths.of(network)
+    free_flow = _fastest(paths, network.links["length"] / network.links["free_speed"], ends)
+    instantaneous = np.stack([_fastest(paths, time, ends) for time in times], axis=-1)
     departures = _Departures(origin, destination, ends, edges)
     columns = departures.table(result.trips) | {
         "instantaneous_travel_time_s": instantaneous,
@@ -114,51 +116,12 @@ class _Departures:
         }
 
 
-@dataclass(frozen=True)
-class _Paths:
-    """The network as a graph: parallel links make one arc, barred nodes are split in two.
-
-    tail, head
-        vertex at each end of every arc; the vertices are the nodes and, after them, the halves in
-        which links to nodes without through traffic end, so that no path leads on from there
-    arc
-        the arc of every link
-    arrival
-        the vertex of every node at which paths end
-    """
-
-    tail: Integers
-    head: Integers
-    arc: Integers
-    arrival: Integers
-
-    @classmethod
-    def of(cls, network: Network) -> _Paths:
-        ids = pd.Index(network.nodes["node_id"].astype(str))
-        arrival = np.arange(len(ids))
-        if "through_traffic" in network.nodes:
-            through = network.nodes["through_traffic"].to_numpy(bool)
-            arrival = np.where(through, arrival, arrival + len(ids))
-        tail, head = (
-            ids.get_indexer(pd.Index(network.links[name].astype(str))).astype(np.int64)
-            for name in ("from_node_id", "to_node_id")
-        )
-        arcs = Groups.of(tail, arrival[head])
-        return cls(arcs.keys[0], arcs.keys[1], arcs.number, arrival)
-
-    def fastest(self, link_time: npt.ArrayLike, ends: tuple[Integers, Integers]) -> Floats:
-        """Least sum of the links' times, s, from each origin to each destination; NaN: no path."""
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import dijkstra
-
-        time = np.full(len(self.tail), np.inf)
-        np.minimum.at(time, self.arc, np.asarray(link_time, float))
-        vertices = 2 * len(self.arrival)
-        graph = csr_array((time, (self.tail, self.head)), shape=(vertices, vertices))
-        origins, destinations = ends
-        distances = dijkstra(graph, indices=origins)[:, self.arrival[destinations]]
-        found: Floats = np.where(np.isinf(distances), np.nan, distances)
-        return found
+def _fastest(paths: Paths, link_time: npt.ArrayLike, ends: tuple[Integers, Integers]) -> Floats:
+    """Least sum of the links' times, s, from each origin to each destination; NaN: no path."""
+    origins, destinations = ends
+    least = paths.shortest(link_time, origins)[:, destinations]
+    found: Floats = np.where(np.isinf(least), np.nan, least)
+    return found
 
 
 def _check_size(ends: tuple[Integers, Integers], edges: Floats) -> None:

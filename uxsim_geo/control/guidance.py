@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 from uxsim_geo.control.scheduled import scheduled_rule
 from uxsim_geo.control.site import (
@@ -88,17 +87,25 @@ class EnforcedRoute:
         return []
 
     def _check_way(self, ids: tuple[str, ...], site: Site, faults: Faults) -> None:
-        """Note where the links do not lead from the origin to the destination."""
+        """Note where the links do not lead from the origin to the destination, or must not."""
         places = [site.link_position[link_id] for link_id in ids]
         starts = [site.node_ids[site.from_node[place]] for place in places]
         ends = [site.node_ids[site.to_node[place]] for place in places]
         if starts[0] != self.origin:
             what = f"begins at node {starts[0]}, not at the origin {self.origin}"
             faults.add(what, column="links", value=ids[0])
-        for number, (before, after) in enumerate(pairwise(ids)):
-            if ends[number] != starts[number + 1]:
-                what = f"begins at node {starts[number + 1]}, but {before} ends at {ends[number]}"
-                faults.add(what, column="links", value=after)
+        gaps = [number for number in range(1, len(ids)) if starts[number] != ends[number - 1]]
+        for number in gaps:
+            before = f"{ids[number - 1]} ends at {ends[number - 1]}"
+            what = f"begins at node {starts[number]}, but {before}"
+            faults.add(what, column="links", value=ids[number])
+        driven = len(ids) if gaps else site.drivable(places)
+        if driven < len(ids):
+            what = (
+                f"must not be driven after {ids[driven - 1]} on this route: the turn is banned, "
+                "or its node lets no traffic through"
+            )
+            faults.add(what, column="links", value=ids[driven])
         if ends[-1] != self.destination:
             what = f"ends at node {ends[-1]}, not at the destination {self.destination}"
             faults.add(what, column="links", value=ids[-1])

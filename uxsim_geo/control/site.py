@@ -79,6 +79,9 @@ class Site:
         s: end of the simulation; how often nodes are visited, the finest that control can act
     select
         gives the positions of the links of a target; raises InputError if it cannot
+    drivable
+        says how many links of a route, given by their positions, may be driven one after the other
+        before a turn that is banned, or a node without through traffic
     plans
         the signals bound so far; the number of a plan is its place here
     """
@@ -97,6 +100,7 @@ class Site:
     duration: float
     step: float
     select: Callable[[Target], Ints]
+    drivable: Callable[[Sequence[int]], int]
     plans: list[Any] = field(default_factory=list)
     link_position: Mapping[str, int] = field(init=False)
     node_position: Mapping[str, int] = field(init=False)

@@ -10,8 +10,8 @@ import pandas as pd
 
 from uxsim_geo.demand.access import Access
 from uxsim_geo.demand.od_table import natural_order
-from uxsim_geo.demand.reachable import SplitGraph, split_graph
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import Paths
 
 Floats = npt.NDArray[np.float64]
 
@@ -40,20 +40,18 @@ def free_flow_times(network: Network, access: Access) -> ZoneTimes:
     pairs of different nodes that a path connects: the mean of those who drive, as
     :func:`uxsim_geo.demand.od_loading.load_od` spreads them.
     """
-    from scipy.sparse.csgraph import dijkstra
-
-    graph = split_graph(network)
+    paths = Paths.of(network)
     links = network.links
     seconds = links["length"].to_numpy(np.float64) / links["free_speed"].to_numpy(np.float64)
-    fastest = _fastest_links(graph, seconds)
     zones = pd.Index(natural_order(access.zones), dtype="str")
-    start, starts = _shares(access.origins, zones, graph)
-    end, ends = _shares(access.destinations, zones, graph)
+    ids = pd.Index(network.nodes["node_id"].astype("str"))
+    start, starts = _shares(access.origins, zones, ids)
+    end, ends = _shares(access.destinations, zones, ids)
     sums, weights = (np.zeros((len(zones), len(zones))) for _ in range(2))
-    step = max(1, BLOCK // max(1, graph.vertices))
+    step = max(1, BLOCK // max(1, paths.node.size))
     for begin in range(0, len(start), step):
         part = slice(begin, begin + step)
-        times = dijkstra(fastest, indices=start[part])[:, graph.arrival[end]]
+        times = paths.shortest(seconds, start[part])[:, end]
         drive = np.isfinite(times) & (start[part, None] != end[None, :])
         sums += starts[:, part] @ (np.where(drive, times, 0.0) @ ends.T)
         weights += starts[:, part] @ (drive.astype(np.float64) @ ends.T)
@@ -62,25 +60,13 @@ def free_flow_times(network: Network, access: Access) -> ZoneTimes:
         return ZoneTimes(zones, np.where(weights > 0, sums / weights, np.nan))
 
 
-def _fastest_links(graph: SplitGraph, seconds: Floats) -> Any:
-    """The graph with the time of the fastest of parallel links."""
-    from scipy.sparse import csr_array
-
-    code = graph.tail * graph.vertices + graph.head
-    arcs, arc = np.unique(code, return_inverse=True)
-    least = np.full(len(arcs), np.inf)
-    np.minimum.at(least, arc, seconds)
-    size = (graph.vertices, graph.vertices)
-    return csr_array((least, (arcs // graph.vertices, arcs % graph.vertices)), shape=size)
-
-
 def _shares(
-    table: pd.DataFrame, zones: pd.Index[str], graph: SplitGraph
+    table: pd.DataFrame, zones: pd.Index[str], ids: pd.Index[str]
 ) -> tuple[npt.NDArray[np.int64], Any]:
     """Nodes that serve any zone, ascending, and each zone's share of them; (zones, nodes)."""
     from scipy.sparse import csr_array
 
-    place = graph.ids.get_indexer(pd.Index(table["node"].astype("str")))
+    place = ids.get_indexer(pd.Index(table["node"].astype("str")))
     nodes, column = np.unique(place, return_inverse=True)
     row = zones.get_indexer(pd.Index(table["zone"].astype("str")))
     share = table["share"].to_numpy(np.float64)

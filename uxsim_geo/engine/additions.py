@@ -62,9 +62,10 @@ def add_platoons(
         log=world.log._replace(trip=trips),
     )
     world = _with_trips_by_destination(world, np.concatenate([before, destination]))
-    number = first_trip + np.arange(added.depart.size)
-    home = origin_platoons(added, destination, number)
-    return _with_platoons_at_home(world, home, node_of_code[added.origin])
+    node = node_of_code[added.origin]
+    vertex = world.routes.node["first_vertex"][node]
+    home = origin_platoons(added, destination, vertex, first_trip=first_trip)
+    return _with_platoons_at_home(world, home, node)
 
 
 def _with_destinations(world: World, wishes: Wishes, nodes: int) -> tuple[World, Ints]:
@@ -77,7 +78,7 @@ def _with_destinations(world: World, wishes: Wishes, nodes: int) -> tuple[World,
     )
     new = np.flatnonzero(place_of >= routes.destination.size - 1)
     table = np.concatenate([routes.destination[:-1], wanted[new], routes.destination[-1:]])
-    weight = np.concatenate([routes.weight, np.zeros((new.size, routes.road.size), np.float32)])
+    weight = np.concatenate([routes.weight, np.zeros((new.size, routes.arc.size), np.float32)])
     return world._replace(routes=routes._replace(destination=table, weight=weight)), place_of[own]
 
 

@@ -14,8 +14,10 @@ from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
 from uxsim_geo.engine.population import weight_of_update
 from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
+from uxsim_geo.engine.ways import arc_records, incoming_records, vertex_records
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import Paths
 from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
@@ -35,7 +37,7 @@ class Wishes:
     route
         where their given route begins in ``given``, -1: they choose
     given
-        (any,) given routes one after the other: positions of links, in the order of the engine
+        (any,) given routes one after the other: arcs
     """
 
     destination: Ints
@@ -51,25 +53,29 @@ def build_world(
     drivers: Records,
     settings: Settings,
     *,
+    paths: Paths,
     sleep: bool,
 ) -> World:
     """Build all records of a run; links stand in the order of :func:`order_of_links`."""
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
-    links = network.links.iloc[order_of_links(network)]
-    starts = node_ids.get_indexer(pd.Index(links["from_node_id"].astype(str)))
+    row_of_link = order_of_links(paths)
+    links = network.links.iloc[row_of_link]
     ends = node_ids.get_indexer(pd.Index(links["to_node_id"].astype(str))).astype(np.int64)
     node_of_code = node_ids.get_indexer(pd.Index(platoons.node_ids)).astype(np.int64)
     origins, queue_of_platoon = np.unique(node_of_code[platoons.origin], return_inverse=True)
     destinations, destination = destinations_of(wishes, len(node_ids), drivers.size)
 
-    road = _roads(links, starts, ends, settings)
+    road = _roads(links, settings)
     queue = _queues(links, road, origins, settings)
-    home = origin_platoons(platoons, destination, np.arange(platoons.depart.size))
+    queue["end_node"][: len(links)] = ends
+    home = origin_platoons(platoons, destination, paths.first[node_of_code[platoons.origin]])
     platoon = _fill_origins(queue, home, queue_of_platoon, settings.platoon_size)
     largest_link = int(np.max(queue["storage"][: len(links)], initial=0.0)) + 1
     steps = int(np.ceil(settings.duration / settings.step - 1e-9))
     pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
     rows = int(drivers["rows"].sum())
+    arc = arc_records(paths, row_of_link)
+    incoming = incoming_records(paths, arc)
     world = World(
         links=Links(
             clock=_clock(settings, len(links), sleep=sleep),
@@ -79,17 +85,19 @@ def build_world(
         ),
         routes=Routes(
             road=road,
-            node=_nodes(network.nodes, starts, queue["end_node"]),
+            node=_nodes(paths, queue["end_node"]),
             into=np.argsort(queue["end_node"], kind="stable"),
+            vertex=vertex_records(paths, incoming),
+            arc=arc,
+            incoming=incoming,
             destination=_count_trips(destinations, destination, platoons.vehicles),
-            weight=np.zeros((destinations.size - 1, len(links)), np.float32),
+            weight=np.zeros((destinations.size - 1, arc.size), np.float32),
             driver=drivers,
             observed=np.zeros((rows, len(links))),
             extra=np.zeros((drivers.size, len(links))),
             given=wishes.given.astype(np.int32),
             trail=np.empty(0, records.VISITED),
-            settled=np.empty(len(node_ids), np.int32),
-            heap=np.empty(len(links) + 1, np.int64),
+            heap=np.empty(2 * arc.size + paths.node.size, np.int64),
         ),
         calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
         log=Log(
@@ -103,21 +111,18 @@ def build_world(
     return world
 
 
-def order_of_links(network: Network) -> Ints:
+def order_of_links(paths: Paths) -> Ints:
     """Return the rows of the links table in the order of the engine: by the node they start at."""
-    node_ids = pd.Index(network.nodes["node_id"].astype(str))
-    starts = node_ids.get_indexer(pd.Index(network.links["from_node_id"].astype(str)))
-    return np.argsort(starts, kind="stable").astype(np.int64)
+    return np.argsort(paths.start, kind="stable").astype(np.int64)
 
 
-def _roads(links: pd.DataFrame, starts: Ints, ends: Ints, settings: Settings) -> Records:
+def _roads(links: pd.DataFrame, settings: Settings) -> Records:
     road = np.zeros(len(links), records.ROAD)
     lanes = links["lanes"].to_numpy(np.float64)
     road["length"] = links["length"]
     road["free_speed"] = links["free_speed"]
     road["spacing"] = 1.0 / (lanes * links["jam_density"].to_numpy(np.float64))
     road["lag"] = settings.reaction_time / lanes
-    road["from_node"], road["to_node"] = starts, ends
     return road
 
 
@@ -137,7 +142,6 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     link["storage"] = np.maximum(settings.platoon_size, storage)
     link["merge_priority"] = links["merge_priority"]
     link["key"] = text_keys(links["link_id"].astype(str))
-    link["end_node"] = road["to_node"]
     link["base"] = np.arange(count) * _FIRST_RING
     link["mask"] = _FIRST_RING - 1
     link["hole"] = -1
@@ -160,14 +164,17 @@ def _empty_queues(count: int) -> Records:
     return queue
 
 
-def origin_platoons(platoons: Platoons, destination: Ints, trip: Ints) -> Records:
-    """Make the records of platoons that are at home."""
+def origin_platoons(
+    platoons: Platoons, destination: Ints, vertex: Ints, *, first_trip: int = 0
+) -> Records:
+    """Make the records of platoons at home, where they begin; their trips follow one another."""
     home = np.empty(platoons.depart.size, PLATOON)
     home["key"] = platoons.key
     home["enter"] = home["exit"] = platoons.depart
-    home["trip"] = trip
+    home["trip"] = first_trip + np.arange(home.size)
     home["destination"] = destination
     home["vehicles"] = platoons.vehicles
+    home["vertex"] = vertex
     return home
 
 
@@ -213,14 +220,11 @@ def trips_of(platoons: Platoons, node_of_code: Ints, wishes: Wishes) -> Records:
     return trip
 
 
-def _nodes(table: pd.DataFrame, starts: Ints, end_nodes: Ints) -> Records:
-    node = np.zeros(len(table) + 1, records.NODE)
-    numbers = np.arange(len(table) + 1)
-    node["first_out"] = np.searchsorted(starts, numbers)
+def _nodes(paths: Paths, end_nodes: Ints) -> Records:
+    node = np.zeros(paths.first.size, records.NODE)
+    numbers = np.arange(node.size)
     node["first_in"] = np.searchsorted(np.sort(end_nodes, kind="stable"), numbers)
-    node["through"] = 1
-    if "through_traffic" in table:
-        node["through"][:-1] = table["through_traffic"].to_numpy(bool)
+    node["first_vertex"] = paths.first
     return node
 
 

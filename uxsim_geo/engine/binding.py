@@ -13,11 +13,12 @@ from uxsim_geo.control.site import Measure, Rule, Site
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import Paths
 from uxsim_geo.network.selection import select_links
 from uxsim_geo.settings import Settings
 
 
-def site_of(network: Network, settings: Settings, class_names: Sequence[str]) -> Site:
+def site_of(network: Network, settings: Settings, class_names: Sequence[str], paths: Paths) -> Site:
     """Give control the network as plain arrays."""
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
     links = network.links
@@ -41,6 +42,7 @@ def site_of(network: Network, settings: Settings, class_names: Sequence[str]) ->
         duration=settings.duration,
         step=settings.step,
         select=lambda target: select_links(network, target, link_ids=link_ids),
+        drivable=lambda route: len(paths.arcs_along(route)),
     )
 
 

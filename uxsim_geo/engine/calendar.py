@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import is_origin, next_green, opening_bound, platoon_at
 from uxsim_geo.engine.records import Queues, World, kernel
@@ -36,16 +38,18 @@ def sleep_until(w: World, queue):
     That is when the first of its out-links can open, and no later than the next update of routes
     or change from outside. Rounding must not make it too late: it is put a hair too early.
     """
-    clock, v = w.links.clock[0], queue["end_node"]
+    clock, node = w.links.clock[0], w.routes.node[queue["end_node"]]
     platoon = platoon_at(w.links, queue, queue["left"])
     latest = min(clock["update_step"], clock["control_step"]) * clock["step_length"]
     bound = latest
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        if may_choose(w, queue, link):
+    v = platoon["vertex"]
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        if may_choose(w, queue, arc):
+            link = np.int64(w.routes.arc[arc]["link"])
             opens, _ = opening_bound(w.links, link, platoon["vehicles"])
             bound = min(bound, opens)
-    if w.routes.node[v]["headway"] > 0.0 and not is_origin(queue):
-        bound = max(bound, w.routes.node[v]["open"])
+    if node["headway"] > 0.0 and not is_origin(queue):
+        bound = max(bound, node["open"])
     bound = next_green(w.links, queue, max(queue["ready"], bound * (1.0 - 1e-11)))
     return min(bound, latest)
 

@@ -12,7 +12,8 @@ import numpy as np
 from uxsim_geo.engine.calendar import list_for, step_of, unlist
 from uxsim_geo.engine.link import platoon_at
 from uxsim_geo.engine.records import Links, Queues, World, kernel
-from uxsim_geo.engine.routes import grow_tree, observe, renew_destination, set_costs
+from uxsim_geo.engine.routes import observe, renew_destination, set_costs
+from uxsim_geo.engine.trees import grow_tree
 
 
 @kernel
@@ -85,32 +86,39 @@ def turn_away(w: World, avoided):
 
 @kernel
 def strand(w: World, place, avoided):
-    """Take away the weights of avoided links; whether some node has lost all that it had."""
+    """Take away the weights of avoided links; whether some vertex has lost all that it had."""
     stranded = False
-    for link in range(avoided.size):
-        if avoided[link] and w.routes.weight[place, link] > 0.0:
-            w.routes.weight[place, link] = 0.0
-            if weight_from(w, place, w.routes.road[link]["from_node"]) == 0.0:
-                stranded = True
+    for v in range(w.routes.vertex.size - 1):
+        lost = False
+        for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+            if avoided[w.routes.arc[arc]["link"]] and w.routes.weight[place, arc] > 0.0:
+                w.routes.weight[place, arc] = 0.0
+                lost = True
+        if lost and weight_from(w, place, v) == 0.0:
+            stranded = True
     return stranded
 
 
 @kernel
 def lead_on(w: World, place, avoided):
-    """Give nodes that have lost all their weights that of the tree at hand."""
-    for link in range(avoided.size):
-        v = w.routes.road[link]["from_node"]
-        toward = w.routes.node[v]["toward"]
-        if avoided[link] and toward >= 0 and weight_from(w, place, v) == 0.0:
-            w.routes.weight[place, toward] = 1.0
+    """Give vertices that have lost all their weights that of the tree at hand."""
+    for v in range(w.routes.vertex.size - 1):
+        toward = w.routes.vertex[v]["toward"]
+        for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+            if (
+                avoided[w.routes.arc[arc]["link"]]
+                and toward >= 0
+                and weight_from(w, place, v) == 0.0
+            ):
+                w.routes.weight[place, toward] = 1.0
 
 
 @kernel
 def weight_from(w: World, place, v):
-    """Sum the weights of the out-links of node v."""
+    """Sum the weights of the arcs from vertex v."""
     total = np.float32(0.0)
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        total += w.routes.weight[place, link]
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        total += w.routes.weight[place, arc]
     return total
 
 

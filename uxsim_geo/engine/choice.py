@@ -26,10 +26,10 @@ def choose(w: World, q, step):
         queue["choice"] = ARRIVE
         return
     if w.routes.destination[destination]["given"]:
-        queue["choice"] = w.routes.given[w.log.trip[platoon["trip"]]["route"]]
+        want(w, queue, w.routes.given[w.log.trip[platoon["trip"]]["route"]])
         queue["since_step"] = -1
         return
-    options = draw_link(w, queue, platoon, step)
+    options = draw_arc(w, queue, platoon, step)
     if options <= 1 and before == NOTHING:
         queue["since_step"] = -1
     elif queue["choice"] != before or (options > 1 and not unbroken):
@@ -37,80 +37,87 @@ def choose(w: World, q, step):
 
 
 @spliced
-def draw_link(w: World, queue, platoon, step):
-    """Draw the out-link of a platoon that chooses; gives how many links it has to choose from."""
-    clock, v, destination = w.links.clock[0], queue["end_node"], platoon["destination"]
+def draw_arc(w: World, queue, platoon, step):
+    """Draw the arc of a platoon that chooses; gives how many it has to choose from."""
+    clock, v, destination = w.links.clock[0], platoon["vertex"], platoon["destination"]
     trail = w.log.trip[platoon["trip"]]["trail"] if clock["no_cycles"] else -1
     while True:
-        total, options, only = add_up_weights(w, v, destination, trail)
+        total, options, arc = add_up_weights(w, v, destination, trail)
         if options > 0 or trail < 0:
             break
         trail = -1  # it has been everywhere: then that does not count
-    queue["choice"] = only
     if options > 1:
         mark = -1.0
         if not clock["deterministic"]:
             mark = total * draw(platoon["key"], queue["key"], CHOICE, step)
-        queue["choice"] = pick(w, v, destination, trail, mark)
+        arc = pick(w, v, destination, trail, mark)
+    want(w, queue, arc)
     return options
 
 
 @kernel
-def weight_of(w: World, destination, link, trail):
-    """Give the weight of a link for a trip that has left this trail; none where it would return."""
-    weight = w.routes.weight[destination, link]
-    if trail >= 0 and weight > 0.0 and was_visited(w, w.links.queue[link]["end_node"], trail):
+def want(w: World, queue, arc):
+    """Note over which arc the first platoon of a queue is to go on; DEAD_END: over none."""
+    queue["arc"] = arc
+    queue["choice"] = w.routes.arc[arc]["link"] if arc >= 0 else DEAD_END
+
+
+@kernel
+def weight_of(w: World, destination, arc, trail):
+    """Give the weight of an arc for a trip that has left this trail; none where it would return."""
+    weight = w.routes.weight[destination, arc]
+    if trail >= 0 and weight > 0.0 and was_visited(w, w.routes.arc[arc]["head"], trail):
         return np.float32(0.0)
     return weight
 
 
 @kernel
 def was_visited(w: World, v, trail):
-    """Whether node v is in the trail."""
+    """Whether vertex v is in the trail."""
     while trail >= 0:
-        if w.routes.trail[trail]["node"] == v:
+        if w.routes.trail[trail]["vertex"] == v:
             return True
         trail = w.routes.trail[trail]["before"]
     return False
 
 
 @kernel
-def may_choose(w: World, queue, link):
-    """Whether the first platoon of a queue may choose this out-link, in this step or a later."""
+def may_choose(w: World, queue, arc):
+    """Whether the first platoon of a queue may choose this arc, in this step or a later."""
     platoon = platoon_at(w.links, queue, queue["left"])
     destination = platoon["destination"]
     if w.routes.destination[destination]["given"]:
-        return w.routes.given[w.log.trip[platoon["trip"]]["route"]] == link
-    return w.routes.weight[destination, link] > 0.0
+        return w.routes.given[w.log.trip[platoon["trip"]]["route"]] == arc
+    return w.routes.weight[destination, arc] > 0.0
 
 
 @kernel
 def add_up_weights(w: World, v, destination, trail):
-    """Sum the weights of the out-links of node v; how many have any, and the last of them."""
+    """Sum the weights of the arcs from vertex v; how many have any, and the last of them."""
     total, options, only = 0.0, 0, DEAD_END
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        weight = weight_of(w, destination, link, trail)
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        weight = weight_of(w, destination, arc, trail)
         if weight > 0.0:
             total += weight
             options += 1
-            only = link
+            only = arc
     return total, options, only
 
 
 @kernel
 def pick(w: World, v, destination, trail, mark):
-    """Give the out-link in whose share of the summed weights the mark lies.
+    """Give the arc in whose share of the summed weights the mark lies.
 
     A mark below 0 picks the heaviest, of several the first.
     """
     picked, passed, heaviest = DEAD_END, 0.0, 0.0
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        weight = weight_of(w, destination, link, trail)
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        weight = weight_of(w, destination, arc, trail)
         if weight > 0.0 and mark >= 0.0:
-            picked = link
+            picked = arc
             passed += weight
             if mark < passed:
                 break
         elif weight > heaviest:
-            picked, heaviest = link, weight
+            picked, heaviest = arc, weight
     return picked

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import advance_wave, opening, platoon_at, position
 from uxsim_geo.engine.records import World, kernel, spliced
@@ -79,12 +81,12 @@ def find_locked(w: World):
 @kernel
 def may_move(w: World, queue):
     """Whether the first platoon of a queue has a way on that is open or may open."""
-    platoon, v = platoon_at(w.links, queue, queue["left"]), queue["end_node"]
-    ways = False
-    for link in range(w.routes.node[v]["first_out"], w.routes.node[v + 1]["first_out"]):
-        if may_choose(w, queue, link):
-            ways = True
+    platoon = platoon_at(w.links, queue, queue["left"])
+    v, ways = platoon["vertex"], False
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        if may_choose(w, queue, arc):
+            ways, link = True, np.int64(w.routes.arc[arc]["link"])
             closed = opening(w.links, link, platoon["vehicles"]) == math.inf
             if not (closed and w.links.queue[link]["locked"]):
                 return True
-    return not ways or w.routes.destination[platoon["destination"]]["node"] == v
+    return not ways or w.routes.destination[platoon["destination"]]["node"] == queue["end_node"]

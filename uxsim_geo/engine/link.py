@@ -141,8 +141,11 @@ def leave(links: Links, q, time):
 
 
 @kernel
-def enter(links: Links, q, platoon, time):
-    """Let a platoon enter link q at this time, behind all others; True: it is the first there."""
+def enter(links: Links, q, platoon, vertex, time):
+    """Let a platoon enter link q at this time, behind all others; True: it is the first there.
+
+    `vertex` is the one to which it comes at the end of the link.
+    """
     queue = links.queue[q]
     surplus = queue["vehicles_entered"] - queue["storage"]
     hole, passed = find_exit(links, queue, queue["hole"], queue["hole_vehicles"], surplus)
@@ -152,6 +155,7 @@ def enter(links: Links, q, platoon, time):
     place["trip"] = platoon["trip"]
     place["destination"] = platoon["destination"]
     place["vehicles"] = platoon["vehicles"]
+    place["vertex"] = vertex
     place["enter"] = time
     place["exit"] = time + queue["free_time"]
     first = queue["left"] == queue["entered"]

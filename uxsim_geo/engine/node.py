@@ -175,7 +175,7 @@ def move(w: World, q, step):
     platoon = platoon_at(w.links, queue, queue["left"])
     trip, choice, time = w.log.trip[platoon["trip"]], queue["choice"], queue["feasible"]
     if choice >= 0:
-        if enter(w.links, choice, platoon, time):
+        if enter(w.links, choice, platoon, w.routes.arc[queue["arc"]]["head"], time):
             await_arrival(w, choice, step)
         follow(w, queue, platoon, time)
         if trip["status"] != RUNNING:
@@ -203,7 +203,7 @@ def follow(w: World, queue, platoon, time):
         trip["route"] += 1
     if clock["no_cycles"]:
         visited = w.routes.trail[clock["trail_used"]]
-        visited["node"], visited["before"] = queue["end_node"], trip["trail"]
+        visited["vertex"], visited["before"] = platoon["vertex"], trip["trail"]
         trip["trail"] = clock["trail_used"]
         clock["trail_used"] += 1
 

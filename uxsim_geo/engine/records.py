@@ -37,11 +37,13 @@ PLATOON = np.dtype(
         ("trip", np.int32),  # row of its trip
         ("destination", np.int32),  # position among the destinations
         ("vehicles", np.int32),
+        ("vertex", np.int32),  # to which it comes at the end of the link; origin: where it begins
     ],
     align=True,
 )
 
-#: a link or an origin, seen from its two ends; what is read together stands together
+#: a link or an origin, seen from its two ends; what is read together stands together, and all of it
+#: in four lines of a cache
 QUEUE = np.dtype(
     [
         # what its first platoon wants, and when
@@ -74,11 +76,12 @@ QUEUE = np.dtype(
         ("merge_priority", np.float64),
         ("key", np.uint64),  # its random identity
         ("end_node", np.int64),
+        ("arc", np.int64),  # over which its first platoon goes on to the link that it has chosen
         # the signal at its exit
         ("cycle", np.float64),  # s; 0: there is none
         ("offset", np.float64),  # s: when the first cycle begins
-        ("first_green", np.int64),  # its greens: first_green to last_green in `Links.green`
-        ("last_green", np.int64),
+        ("first_green", np.int32),  # its greens: first_green to last_green in `Links.green`
+        ("last_green", np.int32),
         # the rest
         ("vehicles_left", np.float64),
         ("credit", np.float64),  # vehicles · Σα that it has let others go before it, without draws
@@ -95,9 +98,6 @@ ROAD = np.dtype(
         ("free_speed", np.float64),  # m/s
         ("spacing", np.float64),  # 1 / (m κ), m per vehicle
         ("lag", np.float64),  # τ / m, s per vehicle
-        ("from_node", np.int32),
-        ("to_node", np.int32),
-        ("cost", np.int32),  # ms, for the drivers at hand
     ],
     align=True,
 )
@@ -107,14 +107,50 @@ GREEN = np.dtype([("start", np.float64), ("end", np.float64)])
 
 NODE = np.dtype(
     [
-        ("free_time", np.float64),  # s at free flow to the destination at hand
         ("headway", np.float64),  # 1 / capacity of the node, s per vehicle; 0: no limit
         ("open", np.float64),  # that capacity allows the next transfer from here on, s
-        ("first_out", np.int32),  # its out-links: first_out to the next node's first_out
-        ("first_in", np.int32),  # its in-links, then its origin: likewise in `Routes.into`
-        ("through", np.int32),  # 0: trips may only start or end here
+        ("first_in", np.int32),  # its in-links, then its origin: to the next node's first_in
+        ("first_vertex", np.int32),  # its vertices: likewise
+    ],
+    align=True,
+)
+
+#: where a driver is as far as his way on is concerned: a node, for those who may take every turn,
+#: and for all who have come along the beginning of a banned path another one at the same node
+VERTEX = np.dtype(
+    [
+        ("free_time", np.float64),  # s at free flow to the destination at hand
         ("distance", np.int32),  # ms to the destination at hand
-        ("toward", np.int32),  # next link on the way there, -1: none
+        ("toward", np.int32),  # next arc on the way there, -1: none
+        ("first_out", np.int32),  # its arcs: first_out to the next vertex's first_out
+        ("first_in", np.int32),  # the ways that lead here: likewise in `Routes.incoming`
+        ("reached", np.int32),  # the vertex that is so many-eth nearest to the destination
+        ("others", np.int16),  # of the first of a node: how many more of it have arcs
+        ("open", np.int16),  # 1: some of these have not been reached with it
+    ],
+    align=True,
+)
+
+#: a way from a vertex over a link; ordered by the vertex where it starts, then by link. The
+#: vertices of a node have arcs over the same links, or none
+ARC = np.dtype(
+    [
+        ("link", np.int32),
+        ("head", np.int32),  # the vertex to which it leads; -1: it must not be driven
+        ("cost", np.int32),  # ms, for the drivers at hand
+        # 1: it leads where that of the first vertex of the node leads; of such an arc, 1: all do
+        ("alike", np.int32),
+    ],
+    align=True,
+)
+
+#: an arc as the search for ways needs it, ordered by the vertex to which it leads
+INCOMING = np.dtype(
+    [
+        ("arc", np.int32),
+        ("tail", np.int32),  # the vertex where it starts
+        ("head", np.int32),
+        ("cost", np.int32),  # ms, for the drivers at hand
     ],
     align=True,
 )
@@ -147,8 +183,8 @@ DRIVER = np.dtype(
     align=True,
 )
 
-#: a node that a trip has come through, and where in the trail the one before it stands
-VISITED = np.dtype([("node", np.int32), ("before", np.int32)], align=True)
+#: a vertex that a trip has come through, and where in the trail the one before it stands
+VISITED = np.dtype([("vertex", np.int32), ("before", np.int32)], align=True)
 
 TRIP = np.dtype(
     [
@@ -159,8 +195,8 @@ TRIP = np.dtype(
         ("covered", np.float64),  # of the link it is on at the end, m
         ("from_node", np.int32),
         ("status", np.int32),
-        ("route", np.int32),  # its next link in `Routes.given`; -1: it chooses
-        ("trail", np.int32),  # the last node it came through in `Routes.trail`; -1: none
+        ("route", np.int32),  # its next arc in `Routes.given`; -1: it chooses
+        ("trail", np.int32),  # the last vertex it came through in `Routes.trail`; -1: none
     ],
     align=True,
 )
@@ -195,7 +231,7 @@ CLOCK = np.dtype(
         ("update_step", np.int64),  # of the next update, or look at the traffic, of any drivers
         ("update_weight", np.float64),
         ("logit_spread", np.float64),  # s; 0: inertia instead
-        ("no_cycles", np.int64),  # 1: nobody returns to a node
+        ("no_cycles", np.int64),  # 1: nobody returns to a vertex
         ("deterministic", np.int64),  # 1: no draws
         ("noise", np.float64),
         ("mean_speed", np.float64),  # of the vehicles on the road at the last update, m/s
@@ -207,6 +243,7 @@ CLOCK = np.dtype(
 NOTHING, ARRIVE, DEAD_END = -1, -2, -3
 
 NEVER = np.int64(2**62)  # a step that does not come
+UNREACHED = np.int32(2**29)  # ms, 149 hours: no way; the sum of two fits into 32 bits
 
 # status of a trip
 WAITING, RUNNING, COMPLETED, ABORTED = 0, 1, 2, 3
@@ -227,15 +264,17 @@ class Routes(NamedTuple):
     road: np.ndarray  # (links,) ROAD
     node: np.ndarray  # (nodes + 1,) NODE
     into: np.ndarray  # (links + origins,) int64: queues ordered by the node they end at
+    vertex: np.ndarray  # (vertices + 1,) VERTEX
+    arc: np.ndarray  # (arcs,) ARC
+    incoming: np.ndarray  # (ways,) INCOMING: all but those that are alike
     destination: np.ndarray  # (destinations + 1,) DESTINATION
-    weight: np.ndarray  # (destinations, links) float32: B
+    weight: np.ndarray  # (destinations, arcs) float32: B
     driver: np.ndarray  # (drivers,) DRIVER
     observed: np.ndarray  # (rows, links) float64: travel times that drivers have seen, s
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
-    given: np.ndarray  # (n,) int32: given routes one after the other, links
+    given: np.ndarray  # (n,) int32: given routes one after the other, arcs
     trail: np.ndarray  # (n,) VISITED
-    settled: np.ndarray  # (nodes,) int32: nodes in the order of their distance
-    heap: np.ndarray  # (links + 1,) int64
+    heap: np.ndarray  # (2 arcs + vertices,) int64
 
 
 class Calendar(NamedTuple):

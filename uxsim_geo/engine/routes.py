@@ -11,14 +11,10 @@ import numpy as np
 
 from uxsim_geo.engine.link import advance_wave, platoon_at, position
 from uxsim_geo.engine.random import NOISE, draw
-from uxsim_geo.engine.records import NEVER, Links, Routes, World, kernel, spliced
+from uxsim_geo.engine.records import NEVER, UNREACHED, Links, Routes, World, kernel, spliced
+from uxsim_geo.engine.trees import FARTHEST, grow_tree
 
-UNREACHED = np.int32(2**29)  # ms, 149 hours; the sum of two fits into 32 bits
-# what is farther counts as this: behind long queues and closed links there is still a way
-_FARTHEST = np.int64(2**29 - 1)  # ms
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
-_NODE_BITS = 32
-_NODE_MASK = 2**32 - 1
 
 
 @spliced
@@ -69,7 +65,11 @@ def observe_times(w: World, driver, time):
 def set_costs(w: World, number, update):
     """Set what every link costs these drivers at an update: (1 + noise) time, and the rest."""
     clock, driver = w.links.clock[0], w.routes.driver[number]
-    for link in range(clock["links"]):
+    for place in range(w.routes.arc.size):
+        arc = w.routes.arc[place]
+        if arc["head"] < 0:
+            continue
+        link = arc["link"]
         queue = w.links.queue[link]
         time = queue["free_time"]
         if driver["rows"] > 0:
@@ -77,7 +77,16 @@ def set_costs(w: World, number, update):
             time = w.routes.observed[row, link]
         chance = draw(driver["key"], queue["key"], NOISE, update)
         cost = time * (1.0 + clock["noise"] * chance) + w.routes.extra[number, link]
-        w.routes.road[link]["cost"] = in_milliseconds(cost)
+        arc["cost"] = in_milliseconds(cost)
+    pass_on_costs(w.routes)
+
+
+@kernel
+def pass_on_costs(routes: Routes):
+    """Let the search for ways know what arcs cost now."""
+    for place in range(routes.incoming.size):
+        way = routes.incoming[place]
+        way["cost"] = routes.arc[way["arc"]]["cost"]
 
 
 @spliced
@@ -110,7 +119,7 @@ def in_milliseconds(seconds):
     """Round to whole ms, at least 1 (so that every link of a tree brings one nearer); inf stays."""
     if seconds == np.inf:
         return UNREACHED
-    return np.int32(min(max(seconds * 1000.0 + 0.5, 1.0), float(_FARTHEST)))
+    return np.int32(min(max(seconds * 1000.0 + 0.5, 1.0), float(FARTHEST)))
 
 
 @kernel
@@ -131,138 +140,70 @@ def observe(links: Links, road, link, time):
 
 
 @kernel
-def grow_tree(routes: Routes, target):
-    """Find the fastest way from every node to the target: `distance`, `toward`, `settled`.
-
-    Dijkstra's algorithm against the direction of travel, with a heap of distance and node packed
-    into one number. Nodes without through traffic are not passed. Gives the nodes reached.
-    """
-    for v in range(routes.settled.size):
-        routes.node[v]["distance"] = UNREACHED
-        routes.node[v]["toward"] = -1
-    routes.node[target]["distance"] = 0
-    routes.heap[0] = target
-    size, settled = 1, 0
-    while size > 0:
-        packed = routes.heap[0]
-        size = pop(routes.heap, size)
-        v, distance = packed & _NODE_MASK, packed >> _NODE_BITS
-        if distance > routes.node[v]["distance"]:
-            continue
-        routes.settled[settled] = v
-        settled += 1
-        if v == target or routes.node[v]["through"]:
-            size = relax(routes, v, distance, size)
-    return settled
-
-
-@kernel
-def relax(routes: Routes, v, distance, size):
-    """Offer the way over this node to the nodes upstream; gives the size of the heap."""
-    for place in range(routes.node[v]["first_in"], routes.node[v + 1]["first_in"]):
-        link = routes.into[place]
-        if link < routes.road.size:  # not the origin
-            road = routes.road[link]
-            start = routes.node[road["from_node"]]
-            offer = min(distance + road["cost"], _FARTHEST)
-            if road["cost"] < UNREACHED and offer < start["distance"]:
-                start["distance"] = offer
-                start["toward"] = link
-                size = push(routes.heap, size, (offer << _NODE_BITS) | road["from_node"])
-    return size
-
-
-@kernel
-def push(heap, size, item):
-    """Add an item to a 4-ary heap; gives its new size."""
-    place = size
-    while place > 0:
-        parent = (place - 1) >> 2
-        if heap[parent] <= item:
-            break
-        heap[place] = heap[parent]
-        place = parent
-    heap[place] = item
-    return size + 1
-
-
-@kernel
-def pop(heap, size):
-    """Take the smallest item, the first, off a 4-ary heap; gives its new size."""
-    size -= 1
-    item, place = heap[size], 0
-    while True:
-        child = 4 * place + 1
-        if child >= size:
-            break
-        smallest = child
-        for other in range(child + 1, min(child + 4, size)):
-            if heap[other] < heap[smallest]:
-                smallest = other
-        if heap[smallest] >= item:
-            break
-        heap[place] = heap[smallest]
-        place = smallest
-    heap[place] = item
-    return size
-
-
-@kernel
 def blend_tree(routes: Routes, destination, share):
     """B ← (1−share)B + share·tree, for one destination."""
     keep, add = np.float32(1.0 - share), np.float32(share)
-    for link in range(routes.road.size):
-        weight = routes.weight[destination, link] * keep
-        if routes.node[routes.road[link]["from_node"]]["toward"] == link:
-            weight += add
-        routes.weight[destination, link] = weight
+    for arc in range(routes.arc.size):
+        routes.weight[destination, arc] *= keep
+    for v in range(routes.vertex.size):
+        toward = routes.vertex[v]["toward"]
+        if toward >= 0:
+            routes.weight[destination, toward] += add
 
 
 @kernel
 def spread_tree(routes: Routes, destination, spread):
-    """Give links that lead nearer the weight exp(−detour / spread), for one destination.
+    """Give arcs that lead nearer the weight exp(−detour / spread), for one destination.
 
-    The detour is what the way over the link costs more than the best from its start (a logit
-    choice at every node, on the links of Dial 1971 that lead nearer).
+    The detour is what the way over the arc costs more than the best from its start (a logit
+    choice at every vertex, on the links of Dial 1971 that lead nearer).
     """
-    target = routes.destination[destination]["node"]
-    for link in range(routes.road.size):
-        road = routes.road[link]
-        start, end = routes.node[road["from_node"]], routes.node[road["to_node"]]
-        weight = 0.0
-        leads_on = end["through"] or road["to_node"] == target
-        if start["toward"] == link:
-            weight = 1.0
-        elif leads_on and end["distance"] < start["distance"] and road["cost"] < UNREACHED:
-            detour = road["cost"] + end["distance"] - start["distance"]
-            weight = np.exp(-detour / (1000.0 * spread))
-        routes.weight[destination, link] = weight
+    for v in range(routes.vertex.size - 1):
+        start = routes.vertex[v]
+        for arc in range(start["first_out"], routes.vertex[v + 1]["first_out"]):
+            end, cost = routes.arc[arc]["head"], routes.arc[arc]["cost"]
+            weight = 0.0
+            if start["toward"] == arc:
+                weight = 1.0
+            elif cost < UNREACHED and routes.vertex[end]["distance"] < start["distance"]:
+                detour = cost + routes.vertex[end]["distance"] - start["distance"]
+                weight = np.exp(-detour / (1000.0 * spread))
+            routes.weight[destination, arc] = weight
 
 
 @kernel
 def find_free_flow_times(w: World):
     """Give every trip the free-flow time of its fastest route, s; inf where there is none."""
     routes = w.routes
-    for link in range(routes.road.size):
-        routes.road[link]["cost"] = in_milliseconds(w.links.queue[link]["free_time"])
+    for place in range(routes.arc.size):
+        arc = routes.arc[place]
+        if arc["head"] >= 0:
+            arc["cost"] = in_milliseconds(w.links.queue[arc["link"]]["free_time"])
+    pass_on_costs(routes)
     for destination in range(routes.destination.size - 1):
         reached = grow_tree(routes, routes.destination[destination]["node"])
         add_up_free_times(w, reached)
         first, last = routes.destination[destination], routes.destination[destination + 1]
         for place in range(first["first_trip"], last["first_trip"]):
             trip = w.log.trip[w.log.trips_by_destination[place]]
-            trip["free_time"] = routes.node[trip["from_node"]]["free_time"]
+            begin = routes.node[trip["from_node"]]["first_vertex"]
+            trip["free_time"] = routes.vertex[begin]["free_time"]
     return True
 
 
 @kernel
 def add_up_free_times(w: World, reached):
-    """Set the free-flow time of every node to the target of the tree at hand; inf: no way."""
+    """Set the free-flow time of every vertex to the target of the tree at hand; inf: no way."""
     routes = w.routes
-    for v in range(routes.settled.size):
-        routes.node[v]["free_time"] = np.inf
-    routes.node[routes.settled[0]]["free_time"] = 0.0
-    for place in range(1, reached):
-        node = routes.node[routes.settled[place]]
-        queue = w.links.queue[node["toward"]]
-        node["free_time"] = routes.node[queue["end_node"]]["free_time"] + queue["free_time"]
+    for v in range(routes.vertex.size):
+        routes.vertex[v]["free_time"] = np.inf
+    for place in range(reached):
+        first = routes.vertex[place]["reached"]
+        for v in range(first, first + 1 + routes.vertex[first]["others"]):
+            vertex = routes.vertex[v]
+            if vertex["distance"] == routes.vertex[first]["distance"]:
+                vertex["free_time"] = 0.0
+                if vertex["toward"] >= 0:
+                    arc = routes.arc[vertex["toward"]]
+                    on = routes.vertex[arc["head"]]["free_time"]
+                    vertex["free_time"] = on + w.links.queue[arc["link"]]["free_time"]

@@ -37,7 +37,7 @@ _MOMENT = (1980, 1, 1, 0, 0, 0)  # of every part: the same run gives the same by
 _LARGEST = 1 << 36  # bytes of one array
 
 #: parts of the world that are worked on and hold nothing between two steps
-_SCRATCH = ("settled", "heap", "event", "pending_words")
+_SCRATCH = ("heap", "event", "pending_words")
 #: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
 _DAMAGED = (
     OSError,
@@ -171,7 +171,10 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.routes.driver, (drivers,)),
         (filled.routes.node, world.routes.node.shape),
         (filled.routes.into, filled.links.queue.shape),
-        (filled.routes.weight, (filled.routes.destination.size - 1, links)),
+        (filled.routes.vertex, world.routes.vertex.shape),
+        (filled.routes.arc, world.routes.arc.shape),
+        (filled.routes.incoming, world.routes.incoming.shape),
+        (filled.routes.weight, (filled.routes.destination.size - 1, world.routes.arc.size)),
         (filled.routes.extra, (drivers, links)),
         (filled.routes.observed, world.routes.observed.shape),
         (filled.calendar.bucket, world.calendar.bucket.shape),

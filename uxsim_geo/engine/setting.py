@@ -34,6 +34,7 @@ from uxsim_geo.engine.steering import Steering, base_levers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import Paths
 from uxsim_geo.settings import Settings
 
 Records = npt.NDArray[Any]
@@ -48,11 +49,12 @@ class Setting:
     row_of_link
         rows of the links table, in the order of the engine
     given
-        given routes one after the other, links in the order of the engine; they may grow
+        given routes one after the other, as arcs; they may grow
     """
 
     settings: Settings
     site: Site
+    paths: Paths
     classes: list[DriverClass]
     drivers: list[Drivers]
     measures: list[str]
@@ -122,11 +124,11 @@ class Setting:
 
     def _lay_down(self, routes: Sequence[Sequence[str]]) -> Ints:
         """Add routes to those given; returns where each of them begins."""
-        position_of_row = np.argsort(self.row_of_link)
         sizes = np.array([len(route) for route in routes], np.int64)
-        rows = [self.site.link_position[link_id] for route in routes for link_id in route]
+        rows = ([self.site.link_position[link_id] for link_id in route] for route in routes)
+        arcs = [arc for route in rows for arc in self.paths.arcs_along(route)]
         begin: Ints = self.given.size + np.cumsum(sizes) - sizes
-        self.given = np.concatenate([self.given, position_of_row[np.array(rows, np.int64)]])
+        self.given = np.concatenate([self.given, np.array(arcs, np.int64)])
         return begin
 
 
@@ -147,7 +149,8 @@ def set_up(
     faults = Faults()
     class_faults = Faults("classes")
     given, classes = classes, complete_classes(classes, class_faults)
-    site = site_of(network, settings, [one.name for one in classes])
+    paths = Paths.of(network)
+    site = site_of(network, settings, [one.name for one in classes], paths)
     base = base_levers(site)
     ban_links(given, site, base, class_faults)
     faults.extend(class_faults)
@@ -161,13 +164,14 @@ def set_up(
     faults.extend(control_faults)
     faults.raise_if_any()
 
-    row_of_link = order_of_links(network)
+    row_of_link = order_of_links(paths)
     drivers = part_into_drivers(classes)
     plans = Plans(site, site.plans, np.argsort(row_of_link))
     application = Application(site, drivers, plans, row_of_link, base)
     return Setting(
         settings=settings,
         site=site,
+        paths=paths,
         classes=classes,
         drivers=drivers,
         measures=[in_words(one) for one in control],

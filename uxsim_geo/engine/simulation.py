@@ -106,6 +106,7 @@ class Simulation:
             self.setting.wishes_of(self.platoons),
             self.setting.driver_records(),
             settings,
+            paths=self.setting.paths,
             sleep=sleep,
         )
         self.steering = self.setting.steering
@@ -302,6 +303,8 @@ def _copy_to_finish(world: World, now: float, free_time: npt.NDArray[np.float64]
     queue["free_time"][: free_time.size] = free_time
     return world._replace(
         links=links._replace(clock=clock, queue=queue),
-        routes=routes._replace(road=routes.road.copy(), node=routes.node.copy()),
+        routes=routes._replace(
+            vertex=routes.vertex.copy(), arc=routes.arc.copy(), incoming=routes.incoming.copy()
+        ),
         log=log._replace(trip=trip, event=log.event.copy()),
     )

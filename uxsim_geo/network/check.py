@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pandas as pd
 
 from uxsim_geo.errors import Faults
-from uxsim_geo.network.network import REQUIRED_LINK_COLUMNS, Network
-from uxsim_geo.network.rows import add_missing_columns, add_rows, count, is_among, lacking, numbers
+from uxsim_geo.network.network import MOVEMENT_COLUMNS, REQUIRED_LINK_COLUMNS, Network
+from uxsim_geo.network.paths import VIA_COLUMN, via_links
+from uxsim_geo.network.rows import add_missing_columns, add_rows, is_among, lacking, numbers
 
 #: of nodes; they may also lack control (then none) and through_traffic (True)
 REQUIRED_NODE_COLUMNS = ("node_id",)
@@ -31,13 +34,14 @@ def check_network(network: Network) -> None:
 
     Looked at: the columns needed, ids (present, unique), end nodes (known), length, lanes,
     free_speed, jam_density and merge_priority (finite, above 0, within :data:`LARGEST`; lanes
-    whole), capacity (finite and above 0, or null), control and through_traffic, and that no turn
-    is banned.
+    whole), capacity (finite and above 0, or null), control and through_traffic; and of banned turns
+    links and nodes (known), that the links follow one another at that node, and that no turn is
+    banned twice.
     """
     faults = Faults()
     faults.extend(_node_faults(network.nodes))
     faults.extend(_link_faults(network))
-    faults.extend(_movement_faults(network.movements))
+    faults.extend(_movement_faults(network))
     faults.raise_if_any()
 
 
@@ -121,11 +125,44 @@ def _add_number_faults(faults: Faults, links: pd.DataFrame, column: str) -> None
         add_rows(faults, finite % 1 != 0, "lanes that are not a whole number", ids=ids)
 
 
-def _movement_faults(movements: pd.DataFrame) -> Faults:
+def _movement_faults(network: Network) -> Faults:
     faults = Faults("movements")
-    if len(movements):
-        faults.add(
-            f"{count(len(movements), 'banned turn')}: banned turns are not simulated yet; "
-            "remove them to simulate the network with every turn allowed"
-        )
+    moves, links = network.movements, network.links
+    if moves.empty or add_missing_columns(faults, moves, MOVEMENT_COLUMNS):
+        return faults
+    if {"link_id", "from_node_id", "to_node_id"} <= set(links) and "node_id" in network.nodes:
+        known = {"nodes": network.nodes["node_id"], "links": links["link_id"]}
+        for column in MOVEMENT_COLUMNS:
+            missing = lacking(moves[column])
+            add_rows(faults, missing, f"no {column}")
+            table = "nodes" if column == "node_id" else "links"
+            unknown = ~is_among(moves[column].astype("str"), known[table].astype("str")) & ~missing
+            add_rows(faults, unknown, f"a {column} that is not in the {table}")
+        _add_turn_faults(faults, moves, links)
     return faults
+
+
+def _add_turn_faults(faults: Faults, moves: pd.DataFrame, links: pd.DataFrame) -> None:
+    """Note banned turns whose links do not follow one another, and those banned before."""
+    ids, starts, ends = (
+        links[column].astype("str") for column in ("link_id", "from_node_id", "to_node_id")
+    )
+    start, end = (dict(zip(ids, nodes, strict=True)) for nodes in (starts, ends))
+    at, first, last = (moves[column].astype("str") for column in MOVEMENT_COLUMNS)
+    ways = [
+        (one, *via, other) for one, via, other in zip(first, via_links(moves), last, strict=True)
+    ]
+    unknown = [any(link_id not in start for link_id in way[1:-1]) for way in ways]
+    add_rows(faults, np.array(unknown), f"{VIA_COLUMN} that are not in the links")
+    away = [way[0] in end and end[way[0]] != node for way, node in zip(ways, at, strict=True)]
+    add_rows(faults, np.array(away), "a from_link_id that does not end at its node_id")
+    gap = np.array(
+        [
+            any(one in end and other in start and end[one] != start[other] for one, other in pairs)
+            for pairs in map(pairwise, ways)
+        ]
+    )
+    over = np.array([len(way) > 2 for way in ways])
+    add_rows(faults, gap & ~over, "a to_link_id that does not start where its from_link_id ends")
+    add_rows(faults, gap & over, f"{VIA_COLUMN} that do not lead from from_link_id to to_link_id")
+    add_rows(faults, pd.Series(ways).duplicated(), "the banned turn of an earlier row")

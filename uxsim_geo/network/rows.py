@@ -48,11 +48,6 @@ def add_rows(
     faults.add(f"{have} {what} ({place} {listed(named, len(rows))}){advice and ': '}{advice}")
 
 
-def count(number: int, thing: str) -> str:
-    """``1 row`` or ``3 rows``."""
-    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
-
-
 def listed(names: Sequence[str], total: int) -> str:
     """The names with commas between them, and how many of ``total`` are not named."""
     rest = total - len(names)
@@ -82,3 +77,8 @@ def lacking(column: pd.Series) -> np.ndarray:
     """Where a text column has nothing: null, empty or blank."""
     text = column.astype("str").str.strip()
     return np.asarray(column.isna() | (text == ""), dtype=bool)
+
+
+def count(number: int, thing: str) -> str:
+    """``1 row`` or ``3 rows``."""
+    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"

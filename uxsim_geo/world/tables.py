@@ -17,6 +17,7 @@ from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import Paths
 from uxsim_geo.result import Result
 from uxsim_geo.world.vehicles import STATES
 
@@ -170,16 +171,9 @@ def mfd_table(states: pd.DataFrame) -> pd.DataFrame:
 
 def shortest_distances(network: Network, origins: npt.NDArray[np.str_]) -> pd.DataFrame:
     """Shortest distance over the links from some nodes to all, m; inf where there is no way."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
     ids = pd.Index(network.nodes["node_id"])
-    links = network.links
-    # of parallel links the shortest: a sparse matrix would add them up
-    shortest = links.groupby(["from_node_id", "to_node_id"], sort=False)["length"].min()
-    ends = [ids.get_indexer(shortest.index.get_level_values(level)) for level in (0, 1)]
-    graph = csr_array((shortest.to_numpy(float), tuple(ends)), shape=(len(ids), len(ids)))
-    distances = dijkstra(graph, indices=ids.get_indexer(pd.Index(origins)))
+    rows = ids.get_indexer(pd.Index(origins))
+    distances = Paths.of(network).shortest(network.links["length"], rows)
     return pd.DataFrame(distances, index=pd.Index(origins), columns=ids)
 
 
