@@ -14,25 +14,32 @@ from pydantic.fields import FieldInfo
 from pipeline.config import Config
 from pipeline.config_file import sections_in
 from pipeline.config_keys import ChosenLinks, Period
+from pipeline.demand_config import PlacesSection, ZonesSection
 
 HEAD = """# Configuration
 
 One YAML file a run. Unknown keys are errors, paths are relative to the file, every key can also be
 set on the command line: `--set simulate.duration_s=3600`. Entries of a list are counted from 0:
 `--set ingest.trips.0.factor=2`, which also reaches trips that are written without a list. This page
-is made from the models in `pipeline/config.py` and `pipeline/control_config*.py` by
+is made from the models in `pipeline/config.py` and `pipeline/*_config*.py` by
 `docs/generate.py`; a JSON schema for editors lies beside it. What measures of control do, with an
 example of each, stands in [control.md](control.md).
 """
 
 #: keys that many sections share, said once under these headings at the end
-SHARED: dict[type[BaseModel], str] = {ChosenLinks: "Chosen links", Period: "Periods"}
+SHARED: dict[type[BaseModel], str] = {
+    ChosenLinks: "Chosen links",
+    Period: "Periods",
+    PlacesSection: "Places of demand",
+    ZonesSection: "Zones",
+}
 
 TYPE_NAMES: dict[object, str] = {
     str: "text",
     float: "number",
     int: "whole number",
     bool: "`true` or `false`",
+    typing.Any: "text, number or pairs",
     Path: "path",
     AwareDatetime: "date and time",
 }

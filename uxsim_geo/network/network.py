@@ -36,7 +36,8 @@ LINK_COLUMNS = (
     "free_speed_source",
 )
 
-#: banned turns: from which link to which link at which node
+#: banned turns: from which link to which link at which node; a further column via_link_ids, where
+#: there is one, names the links between (with blanks): then the way over all of them is banned
 MOVEMENT_COLUMNS = ("node_id", "from_link_id", "to_link_id")
 
 #: what was assumed or repaired on import; ``element`` is node, link, demand or network
@@ -61,7 +62,7 @@ class Network:
         (text), lanes_source and free_speed_source (``given`` or ``assumed``), geometry (line).
         Readers may add columns of their own after these.
     movements
-        banned turns: node_id, from_link_id, to_link_id.
+        banned turns: node_id, from_link_id, to_link_id; with via_link_ids banned ways.
     notes
         what the import assumed or repaired: element, element_id, topic, severity (``info`` or
         ``warning``), note, value.
