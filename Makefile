@@ -56,7 +56,7 @@ pictures: $(INSTALLED)
 
 lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock
-	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra video \
+	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra video --extra omx \
 		-c requirements.lock -o requirements-test.lock
 
 LOCK_OPTIONS := --quiet --universal --python-version 3.11 --generate-hashes --upgrade \

@@ -159,9 +159,9 @@ class IngestSection(Section):
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
-        if self.format in SECTIONS and getattr(self, self.format) is None:
-            name = self.format
-            raise ValueError(f"{name} is missing: format {name} has its keys in that section")
+        own = str(self.format)
+        if own in SECTIONS and getattr(self, own) is None:
+            raise ValueError(f"{own} is missing: format {own} has its keys in that section")
         for name in SECTIONS:
             if name != self.format and getattr(self, name) is not None:
                 raise ValueError(f"{name} is for format: {name}, and this is {self.format}")
