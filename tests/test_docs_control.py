@@ -47,7 +47,8 @@ def test_every_example_is_understood_and_takes_effect(tmp_path: Path, block: str
     path = tmp_path / "example.yaml"
     data = (REPOSITORY / "data").as_posix()
     lines = "".join(f"  {line}\n" for line in block.splitlines())
-    path.write_text(GRIDLOCK.read_text().replace("../data", data) + lines)
+    simulated, _, report = GRIDLOCK.read_text().replace("../data", data).partition("\nreport:")
+    path.write_text(f"{simulated}{lines}\nreport:{report}")
     config = load_config(path)
     assert list(config.simulate.control.entries())
     assert run(config, lanes=2.0 if "incidents" in block else 1.0).notes == ()

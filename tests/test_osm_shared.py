@@ -234,7 +234,7 @@ def test_banned_turns_lie_on_links_that_meet(both: tuple[Network, Raw]) -> None:
         path = [row.from_link_id, *row.via_link_ids.split(), row.to_link_id]
         for link, onward in pairwise(path):
             assert ends.loc[link, "to_node_id"] == ends.loc[onward, "from_node_id"]
-        assert ends.loc[path[-1], "from_node_id"] == row.node_id
+        assert ends.loc[path[0], "to_node_id"] == row.node_id
 
 
 def values_by_way(network: Network, column: str) -> dict[str, list[tuple[float, str, str]]]:

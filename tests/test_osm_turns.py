@@ -238,7 +238,7 @@ def test_a_restriction_over_a_way_holds_for_those_who_came_that_way(tmp_path: Pa
     relation = restriction(7, "no_u_turn", "from w1 via w5 to w3")
     network = read(tmp_path, *H_SHAPE, BETWEEN, relation)
     assert bans(network) == {("1:1-8", "5:8-9", "3:9-3")}
-    assert network.movements["node_id"].tolist() == ["9"]
+    assert network.movements["node_id"].tolist() == ["8"]
 
 
 def test_only_over_a_way_binds_at_its_end(tmp_path: Path) -> None:

@@ -98,14 +98,12 @@ def _others(allowed: list[Path], junctions: Junctions) -> list[Path]:
 
 
 def _table(bans: Bans, junctions: Junctions) -> pd.DataFrame:
-    """One row a ban, by node, from link, to link and the links between."""
-    paths = sorted(
-        bans, key=lambda path: (junctions.start(path[-1]), path[0], path[-1], path[1:-1])
-    )
+    """One row a ban, by the node at which it begins, from link, to link and the links between."""
+    paths = sorted(bans, key=lambda path: (junctions.start(path[1]), path[0], path[-1], path[1:-1]))
     ids = junctions.links.ids.tolist()
     nodes = junctions.file.node_ids
     columns: dict[str, list[str | None]] = {
-        "node_id": [str(nodes[junctions.start(path[-1])]) for path in paths],
+        "node_id": [str(nodes[junctions.start(path[1])]) for path in paths],
         "from_link_id": [ids[path[0]] for path in paths],
         "to_link_id": [ids[path[-1]] for path in paths],
         "via_link_ids": [" ".join(ids[row] for row in path[1:-1]) or None for path in paths],
