@@ -127,13 +127,14 @@ def test_a_seed_whose_gaps_leave_no_solution_is_not_called_balanced() -> None:
     # a sends to b alone, which may take 1 only
     table = od(("a", "b", 1.0), ("c", "b", 1.0), ("c", "a", 1.0))
     wanted = totals(("a", 5.0, 9.0), ("b", 0.0, 1.0), ("c", 5.0, 0.0))
-    balanced = balance(table, wanted, BalanceOptions(iterations=50))
+    balanced = balance(table, wanted, BalanceOptions(iterations=5000))
     assert not balanced.converged
-    assert len(balanced.iterations) == 50
+    # given up once nothing is gained any more, long before the last iteration allowed
+    assert len(balanced.iterations) <= 30
     assert balanced.iterations["worst_deviation"].iloc[-1] > 0.1
     note = balanced.od.notes.query("topic == 'balanced'").iloc[0]
     assert note["severity"] == "warning"
-    assert note["note"].startswith("NOT balanced after 50")
+    assert note["note"].startswith("NOT balanced after ")
 
 
 def test_order_of_rows_does_not_matter() -> None:

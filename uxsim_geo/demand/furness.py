@@ -27,6 +27,11 @@ Floats = npt.NDArray[np.float64]
 EQUAL = 1e-9
 
 
+#: totals that no table has never come nearer: given up where so many iterations gain no more
+STALLED_AFTER = 25
+LEAST_GAIN = 1e-3
+
+
 @dataclass(frozen=True)
 class BalanceOptions:
     """How to balance.
@@ -95,7 +100,9 @@ def fit_totals(
     """Multiply the rows of a seed until their totals are those wanted.
 
     Totals of places from (to) which the seed leads to no place with a total cannot be met; they
-    are taken out, and the other side is multiplied to the sum that remains.
+    are taken out, and the other side is multiplied to the sum that remains. Where parts of the
+    table that nothing connects have other sums out than in, the rest is never met: then the last
+    table is given, when iterations no longer gain.
     """
     out, into = _to_one_sum(_that_can_be_met(seed, ends, wanted), options)
     size = len(ends.names)
@@ -106,9 +113,16 @@ def fit_totals(
             now = np.bincount(place, vehicles, minlength=size)
             vehicles = vehicles * np.divide(goal, now, out=np.zeros(size), where=now > 0)[place]
         worst.append(_worst(ends.totals(vehicles), (out, into)))
-        if worst[-1] <= options.tolerance:
+        if worst[-1] <= options.tolerance or _is_stalled(worst):
             break
     return Fitted(vehicles, (out, into), worst)
+
+
+def _is_stalled(worst: list[float]) -> bool:
+    """Whether iterations no longer bring totals nearer to those wanted."""
+    if len(worst) <= STALLED_AFTER:
+        return False
+    return worst[-1] > (1 - LEAST_GAIN) * worst[-1 - STALLED_AFTER]
 
 
 def _worst(now: tuple[Floats, Floats], goals: tuple[Floats, Floats]) -> float:
