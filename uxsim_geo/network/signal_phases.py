@@ -11,11 +11,16 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from uxsim_geo.network.signal_options import SignalOptions
 
 #: positions of links among those given
 Approach = tuple[int, ...]
 Phase = tuple[Approach, ...]
+
+Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,15 +37,20 @@ class _Arc:
 
 
 def group_phases(
-    bearings: Sequence[float], weights: Sequence[float], options: SignalOptions
+    bearings: Sequence[float],
+    weights: Sequence[float],
+    options: SignalOptions,
+    *,
+    grain: float = 0.0,
 ) -> list[Phase]:
     """The phases of a junction, each of one approach or of two opposite ones.
 
     ``bearings`` (degrees clockwise from north, in which links arrive) and ``weights`` (of what
     they carry) have one value a link. Every link is in exactly one approach of one phase.
 
-    Phases stand in the order of the axes of their heaviest approaches, from north-west by north
-    to south-east, so that junctions beside one another open the same direction at the same time.
+    Phases stand in the order of the axes of their heaviest approaches, clockwise from 45° before
+    the ``grain``, the direction of the streets around (:func:`street_grain`): so the nodes of a
+    large junction, and junctions along a road, open the same direction at the same time.
     """
     arcs = _approaches(bearings, options.same_direction)
     heavy = [sum(weights[link] for link in arc.links) for arc in arcs]
@@ -50,12 +60,22 @@ def group_phases(
 
     def axis(group: tuple[int, ...]) -> tuple[float, int]:
         leader = max(group, key=lambda place: (heavy[place], -arcs[place].links[0]))
-        # the bounds lie between the points of the compass, where the streets of grids do not run
-        return (arcs[leader].middle + 45.0) % 180.0, arcs[leader].links[0]
+        return (arcs[leader].middle + 45.0 - grain) % 180.0, arcs[leader].links[0]
 
     return [
         tuple(sorted(arcs[place].links for place in group)) for group in sorted(groups, key=axis)
     ]
+
+
+def street_grain(bearings: Floats, weights: Floats) -> float:
+    """The direction along which, or across, most streets run: whole degrees from -45 to 45.
+
+    A quarter of the angle of Σ w exp(4iθ), for which all four directions of a grid are one.
+    Bearings that are NaN do not count; 0 where none does.
+    """
+    known = np.isfinite(bearings)
+    turns = weights[known] * np.exp(4j * np.radians(bearings[known]))
+    return round(float(np.degrees(np.angle(turns.sum()))) / 4.0)
 
 
 def separate_phases(links: int) -> list[Phase]:

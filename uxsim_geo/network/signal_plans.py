@@ -14,12 +14,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.errors import Faults
 from uxsim_geo.network.bearings import arrival_bearings
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.rows import add_rows
 from uxsim_geo.network.signal_options import SignalOptions
-from uxsim_geo.network.signal_phases import Phase, group_phases, separate_phases
+from uxsim_geo.network.signal_phases import Phase, group_phases, separate_phases, street_grain
 from uxsim_geo.network.signal_rows import SignalRow, table_of
 from uxsim_geo.network.signal_times import assumed_cycle, greens, webster_cycle
 from uxsim_geo.network.signal_volumes import flow_ratios
@@ -35,7 +37,8 @@ class _Junction:
     """A node with a signal and the links that end there, one value a link.
 
     neighbours: how many; ids: of the links; bearings: degrees, NaN if unknown; weights: assumed
-    load; ratios: volume over saturation flow, NaN where there is no volume.
+    load; ratios: volume over saturation flow, NaN where there is no volume; grain: degrees, the
+    direction of the streets of the whole network.
     """
 
     node_id: str
@@ -44,6 +47,7 @@ class _Junction:
     bearings: Floats
     weights: Floats
     ratios: Floats
+    grain: float
 
 
 def signal_plans(
@@ -66,7 +70,8 @@ def signal_plans(
     capacity of the largest approach of each phase times how busy its class is. Signals at which
     no two approaches meet are left out. ``notes`` collects what was assumed and left out.
 
-    Raises :class:`uxsim_geo.errors.InputError` with every fault of the volumes.
+    Raises :class:`uxsim_geo.errors.InputError` with every fault of the volumes, or for links that
+    lack what gives them a capacity.
     """
     options = options or SignalOptions()
     notes = notes if notes is not None else Notes()
@@ -124,10 +129,12 @@ def _junctions(
     rows = rows[np.argsort(node_of[rows], kind="stable")]
     ends = np.searchsorted(node_of[rows], np.arange(len(signals) + 1))
     links = all_links.iloc[rows]
+    _check_capacity(links, capacity[rows])
     ids = links["link_id"].tolist()
     bearings = arrival_bearings(links, options.look_back)
     weights = capacity[rows] * _loads(links, options)
     neighbours = _neighbours(all_links)
+    grain = street_grain(bearings, weights)
     return [
         _Junction(
             node_id,
@@ -136,9 +143,20 @@ def _junctions(
             bearings[first:last],
             weights[first:last],
             ratios[rows[first:last]],
+            grain,
         )
         for node_id, first, last in zip(signals, ends[:-1], ends[1:], strict=True)
     ]
+
+
+def _check_capacity(links: pd.DataFrame, capacity: Floats) -> None:
+    """Raise where links that end at a signal have no capacity by which to weigh them."""
+    faults = Faults("links")
+    with np.errstate(invalid="ignore"):
+        wrong = ~(capacity > 0.0)
+    advice = "give lanes, free_speed and jam_density, or a capacity above 0, to time its signal"
+    add_rows(faults, wrong, "no capacity", ids=links["link_id"], advice=advice)
+    faults.raise_if_any()
 
 
 def _loads(links: pd.DataFrame, options: SignalOptions) -> Floats:
@@ -214,7 +232,9 @@ def _phases(junction: _Junction, options: SignalOptions, told: _Told) -> tuple[l
     if np.isnan(junction.bearings).any():
         told.add("signal without directions", junction.node_id)
         return separate_phases(links), 0
-    phases = group_phases(junction.bearings.tolist(), junction.weights.tolist(), options)
+    phases = group_phases(
+        junction.bearings.tolist(), junction.weights.tolist(), options, grain=junction.grain
+    )
     if len(phases) < 2:
         told.add("signal without conflict", junction.node_id)
         return [], 0
