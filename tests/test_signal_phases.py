@@ -93,6 +93,19 @@ def test_junctions_of_a_turned_grid_open_the_same_direction_first(turn: int) -> 
     assert len(set(firsts)) == 1
 
 
+@pytest.mark.parametrize("turn", [0, 45, 90])
+def test_two_crossings_along_a_street_open_it_at_the_same_time(turn: int) -> None:
+    """It bends by 4° between them; at 45° that is over the bound of the compass points."""
+    rows = []
+    for node, bend in (("X", -2), ("Y", 2)):
+        for name, bearing in zip("abcd", (0, 90, 180, 270), strict=True):
+            line = towards(turn + bend + bearing)
+            rows.append(road(f"{name}{node}", f"{name}-{node}", node, geometry=line))
+    plans = signal_plans(network_of(table(rows), ["X", "Y"]))
+    first = [{link_id[0] for link_id in phases_of(plans, node)[0]} for node in "XY"]
+    assert first[0] == first[1]
+
+
 def test_without_streets_there_is_no_grain() -> None:
     assert street_grain(np.array([math.nan]), np.ones(1)) == 0.0
     assert street_grain(np.empty(0), np.empty(0)) == 0.0
@@ -135,6 +148,7 @@ def test_the_bearing_is_that_of_the_last_metres() -> None:
     assert arrival_bearings(links, 25.0) == pytest.approx([0.0, chord, 36.87], abs=0.01)
 
 
+@pytest.mark.filterwarnings("ignore:invalid value encountered in linestrings")
 def test_lines_without_a_direction_have_no_bearing() -> None:
     lines = [
         None,

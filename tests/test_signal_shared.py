@@ -1,4 +1,4 @@
-"""Signals of measured networks: every one is planned or its absence noted, by angles as they are."""
+"""Signals of measured networks: each is planned or its absence noted, by the angles on the map."""
 
 from __future__ import annotations
 

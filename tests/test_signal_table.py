@@ -216,7 +216,7 @@ def test_all_red_times_that_differ_are_phases_without_green(
 def test_a_table_changed_in_python_is_checked_too(network: Network) -> None:
     plans = signal_plans(network)
     longer = plans.assign(green_s=plans["green_s"].where(plans["phase"] == 1, 40))
-    with pytest.raises(InputError, match="signal table, row:1, column cycle_s: .* sum to 74"):
+    with pytest.raises(InputError, match=r"signal table, row:1, column cycle_s: .* sum to 74"):
         signals_of_table(longer)
     mended = longer.assign(cycle_s=np.nan, green_s=longer["green_s"].astype(int))
     (signal,) = signals_of_table(mended)
