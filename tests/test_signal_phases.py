@@ -37,6 +37,7 @@ OPTIONS = SignalOptions()
         ([0, 90, 180, 270, 45], [{"a", "c"}, {"e"}, {"b", "d"}]),  # five legs
         ([0, 72, 144, 216, 288], [{"a", "c"}, {"e"}, {"b", "d"}]),  # five legs, a star
         ([0, 8, 90, 180, 270], [{"a", "b", "d"}, {"c", "e"}]),  # a slip road beside a
+        ([0, 10, 20, 31], [{"a", "b"}, {"c", "d"}]),  # no approach is wider than 20°
         ([355, 5, 180, 90], [{"a", "b", "c"}, {"d"}]),  # the same over north
     ],
 )
@@ -48,8 +49,15 @@ def test_who_has_green_together(bearings: list[float], expected: list[set[str]])
 def test_the_fifth_leg_pairs_with_none_and_the_star_with_the_nearest_to_opposite() -> None:
     star = group_phases([0, 72, 144, 216, 288], [1, 1, 1, 1, 1], OPTIONS)
     assert sorted(len(phase) for phase in star) == [1, 2, 2]  # all miss the opposite by 36°
-    heavy = group_phases([0, 72, 144, 216, 288], [1, 5, 1, 5, 1], OPTIONS)
-    assert ((1,), (3,)) in heavy  # of equal angles, the heaviest
+    heavy = group_phases([0, 72, 144, 216, 288], [1, 1, 5, 1, 5], OPTIONS)
+    assert ((2,), (4,)) in heavy  # of equal angles, the heaviest
+
+
+def test_the_heaviest_approach_of_a_phase_says_when_its_turn_comes() -> None:
+    """Links 0 and 1 miss the opposite by 40°: their axis is at 0° or 40°, the others' at 20°."""
+    options = SignalOptions(same_direction=5)
+    for weights, first in (([5, 1, 1, 1], ((0,), (1,))), ([1, 5, 1, 1], ((2,), (3,)))):
+        assert group_phases([0, 220, 200, 20], weights, options)[0] == first
 
 
 def test_two_oneway_streets_that_cross_have_a_phase_each() -> None:

@@ -93,6 +93,13 @@ def test_any_ids_and_times_come_back(
     pd.testing.assert_frame_equal(read_signal_table(path, network), table_of(rows))
 
 
+def test_an_id_over_two_lines_comes_back(tmp_path: Path, network: Network) -> None:
+    network.links["link_id"] = network.links["link_id"].replace({"a": "a\n, b"})
+    plans = signal_plans(network)
+    write_signal_table(plans, tmp_path / "signals.csv")
+    pd.testing.assert_frame_equal(read_signal_table(tmp_path / "signals.csv", network), plans)
+
+
 def test_what_a_row_leaves_out_is_that_of_its_phase_or_node(
     tmp_path: Path, network: Network
 ) -> None:
@@ -161,6 +168,7 @@ def test_every_fault_is_told_at_once_with_its_place(tmp_path: Path, network: Net
 
 def test_cells_that_are_no_numbers_are_told_once(tmp_path: Path, network: Network) -> None:
     rows = ["X,one,a,30,4,0,60,", "X,1.5,b,3O,nan,inf,1_0,", ",1,a,30,4,0,,", "X,0,c,30,4,0,60,"]
+    rows += ["X,2,d,30,4,0,60,"]  # whether it fits cannot be said as long as the others are broken
     assert faults_of(tmp_path, network, HEADER + "\n".join(rows)) == [
         ":2, column phase: must be a whole number from 1 on (found 'one')",
         ":3, column phase: must be a whole number from 1 on (found '1.5')",

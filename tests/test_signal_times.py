@@ -45,6 +45,10 @@ def test_the_cycle_stays_within_its_bounds(ratios: list[float], cycle: float) ->
     assert webster_cycle(ratios, 8.0, OPTIONS) == cycle
 
 
+def test_just_below_capacity_the_formula_still_holds() -> None:
+    assert webster_cycle([0.48, 0.48], 8.0, SignalOptions(max_cycle=1000)) == pytest.approx(425)
+
+
 def test_the_cycle_without_volumes_counts_phases() -> None:
     assert [assumed_cycle(phases, OPTIONS) for phases in (1, 2, 3, 4, 5)] == [40, 60, 90, 120, 120]
 
@@ -124,6 +128,11 @@ def test_without_volumes_the_larger_road_gets_the_longer_green() -> None:
     assert greens_of(signal_plans(junction([0, 90, 180, 270], road_class=classes), own)) == [26, 26]
     capacity = [0.6, 0.2, 0.1, 0.1]
     assert greens_of(signal_plans(junction([0, 90, 180, 270], capacity=capacity))) == [39, 13]
+
+
+def test_parallel_links_weigh_as_one_approach() -> None:
+    """Two links side by side against one: 52 s as 2 to 1."""
+    assert greens_of(signal_plans(junction([0, 8, 90, 180, 270]))) == [35, 17]
 
 
 def test_a_small_road_gets_the_least_green() -> None:

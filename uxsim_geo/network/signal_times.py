@@ -69,7 +69,7 @@ def split(total: int, weights: Sequence[float], least: int) -> list[int]:
 
 
 def _rounded(shares: Sequence[float], total: int) -> list[int]:
-    whole = [math.floor(share + _NOISE) for share in shares]
+    whole = [math.floor(share) for share in shares]
     order = sorted(range(len(shares)), key=lambda place: (whole[place] - shares[place], place))
     for place in order[: total - sum(whole)]:
         whole[place] += 1
