@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from signal_sites import CENTRE, METRIC, junction, network_of, phases_of, road, table, towards
 
@@ -191,6 +191,7 @@ def lines_through(point: tuple[float, float]) -> st.SearchStrategy[list[shapely.
     return st.lists(line, min_size=1, max_size=9)
 
 
+@settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     lines=lines_through(CENTRE),
     lanes=st.lists(st.integers(1, 5), min_size=9, max_size=9),
@@ -227,6 +228,7 @@ def test_any_junction_gives_a_plan_that_holds_together(
     assert len(firsts) > 1 or options.crossings == "pedestrians"
 
 
+@settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     bearings=st.lists(st.integers(0, 35_999).map(lambda b: b / 100), min_size=1, max_size=8),
     weights=st.lists(st.integers(1, 9).map(float), min_size=8, max_size=8),

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from signal_sites import junction
 
@@ -64,6 +64,7 @@ IDS = st.text(
 SECONDS = st.floats(0.1, 1e4)
 
 
+@settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     ids=st.lists(IDS, min_size=5, max_size=5, unique_by=str.strip),
     greens=st.lists(SECONDS, min_size=2, max_size=2),

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from signal_sites import greens_of, junction
 
@@ -60,6 +60,7 @@ def test_green_fills_the_cycle_but_never_beyond_the_longest() -> None:
     assert greens(120.0, 60.0, [1] * 15, OPTIONS) == [8] * 15  # the shortest greens go first
 
 
+@settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     weights=st.lists(st.integers(0, 10_000), min_size=1, max_size=12),
     least=st.integers(1, 30),

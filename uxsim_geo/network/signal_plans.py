@@ -184,11 +184,10 @@ def _plan(
     phases, pedestrians = _phases(junction, options, told)
     if not phases:
         return []
-    lost = options.all_red * (len(phases) + pedestrians)
-    lost += options.pedestrian_green * pedestrians
     lacking = int(np.isnan(junction.ratios).sum())
     if with_volumes and lacking:
         told.add("signal without volumes", junction.node_id, lacking)
+    lost = options.all_red * (len(phases) + pedestrians) + options.pedestrian_green * pedestrians
     if lacking:
         weights = [max(_sum(junction.weights, own) for own in phase) for phase in phases]
         cycle = assumed_cycle(len(phases) + pedestrians, options)
@@ -197,15 +196,27 @@ def _plan(
         cycle = webster_cycle(weights, lost, options)
         if sum(weights) >= 1.0:
             told.add("signal overloaded", junction.node_id, sum(weights))
-    durations: list[float] = [*greens(cycle, lost, weights, options)]
-    durations += [options.pedestrian_green] * pedestrians
+    durations = greens(cycle, lost, weights, options)
+    return _rows(junction, phases, durations, options, pedestrians=pedestrians)
+
+
+def _rows(
+    junction: _Junction,
+    phases: Sequence[Phase],
+    durations: Sequence[int],
+    options: SignalOptions,
+    *,
+    pedestrians: int,
+) -> list[SignalRow]:
+    """The rows of a node whose phases last so many s, links in the order of their table."""
     links = [sorted(link for own in phase for link in own) for phase in phases]
     names: list[list[str | None]] = [[junction.ids[link] for link in own] for own in links]
     names += [[None]] * pedestrians
-    cycle = sum(durations) + options.all_red * len(durations)
+    lasting = [*map(float, durations), *[options.pedestrian_green] * pedestrians]
+    cycle = sum(lasting) + options.all_red * len(lasting)
     return [
         SignalRow(junction.node_id, number, name, green, options.all_red, 0.0, cycle, "assumed")
-        for number, (green, own) in enumerate(zip(durations, names, strict=True), start=1)
+        for number, (green, own) in enumerate(zip(lasting, names, strict=True), start=1)
         for name in own
     ]
 
