@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from pipeline.config_keys import named_files
 from pipeline.demand_sources import of_class, read_demand_entries
 from pipeline.ingest_config import IngestSection
 from pipeline.runs import RunFolder
+from pipeline.signal_tables import SIGNALS, signal_table
 from pipeline.stages import Outcome, Stage, Task
 from pipeline.warned import number_in_words, warnings_in
 from uxsim_geo.errors import Fault, InputError
@@ -37,14 +39,24 @@ def _run(task: Task) -> Outcome:
 
     from uxsim_geo.demand.files import write_demand
     from uxsim_geo.network.files import write_network
+    from uxsim_geo.network.notes import Notes
+    from uxsim_geo.network.signal_table import write_signal_table
 
-    network, demand = read_sources(task.config.ingest, task.watch.drawn)
+    section = task.config.ingest
+    network, demand = read_sources(section, task.watch.drawn)
+    notes = Notes()
+    signals = signal_table(section, network, notes)
+    network = replace(network, notes=pd.concat([network.notes, notes.table()], ignore_index=True))
     task.begin_writing()
     paths = write_network(network, task.folder / NETWORK)
     paths += write_demand(demand, task.folder / DEMAND)
+    (task.folder / SIGNALS).unlink(missing_ok=True)  # of a run that was not finished
+    if signals is not None:
+        write_signal_table(signals, task.folder / SIGNALS)
+        paths.append(task.folder / SIGNALS)
     names = [path.relative_to(task.folder.path).as_posix() for path in paths]
-    notes = pd.concat([network.notes, demand.notes])
-    return Outcome(names, _words(network, demand), warnings=warnings_in(notes))
+    told = pd.concat([network.notes, demand.notes])
+    return Outcome(names, _words(network, demand), warnings=warnings_in(told))
 
 
 STAGE = Stage("ingest", ("ingest",), _inputs, _run)

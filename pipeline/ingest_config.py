@@ -100,6 +100,15 @@ class IngestSection(Section):
     demand: tuple[DemandEntry, ...] = Field(
         (), strict=False, description="trips of other sources than TNTP files"
     )
+    signals: Literal["assumed", "none"] = Field(
+        "assumed",
+        description="of nodes that the network says have one: timed by a rule (docs/signals.md), "
+        "or left out",
+    )
+    signal_table: InputFile | None = Field(
+        None,
+        description="CSV of signal plans in their place, as a run has it in network/signals.csv",
+    )
     net: InputFile | None = Field(None, description="network file, TNTP; its keys are those below")
     nodes: InputFile | None = Field(None, description="file of coordinates, TNTP or GeoJSON")
     flow: InputFile | None = Field(None, description="file of assigned flows, TNTP")

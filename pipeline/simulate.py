@@ -11,6 +11,7 @@ from pipeline.config import Config
 from pipeline.config_keys import files_in
 from pipeline.control_config_faults import as_written
 from pipeline.runs import RunFolder
+from pipeline.signal_tables import SIGNALS, signals_of
 from pipeline.stages import Outcome, Stage, Task
 from uxsim_geo.errors import InputError
 
@@ -26,6 +27,8 @@ SPEED_LIMITS = "speed_limits.parquet"
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
     tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "movements"))
     files = {name: folder / name for name in (*tables, ingest.DEMAND)}
+    if (folder / SIGNALS).is_file():
+        files[SIGNALS] = folder / SIGNALS
     areas = dict.fromkeys(files_in(config.simulate))
     return files | {f"area.{number}": path for number, path in enumerate(areas)}
 
@@ -67,7 +70,10 @@ def _simulated(task: Task) -> Result:
             network,
             demand,
             section.settings(),
-            control=[entry.measure() for _, _, entry in section.control.entries()],
+            control=[
+                *(entry.measure() for _, _, entry in section.control.entries()),
+                *signals_of(task.config, task.folder / SIGNALS),
+            ],
             classes=[entry.driver_class() for entry in section.classes],
             progress=task.watch.simulated,
         )

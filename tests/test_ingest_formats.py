@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from small_networks import demand
 
 from pipeline.cli import main
 from pipeline.config_file import load_config
+from uxsim_geo.control.signals import Phase, Signal
 from uxsim_geo.demand.cells import cell_zones
 from uxsim_geo.demand.gmns import write_gmns
 from uxsim_geo.demand.uxsim_csv import write_uxsim_csv
@@ -224,3 +226,52 @@ def test_cells_hold_the_roads_that_start_in_them() -> None:
     assert zones.geometry.iloc[1].equals(box(100, 100, 200, 200))
     with pytest.raises(InputError, match="cell_m"):
         cell_zones(Network(nodes, links), 0.0)
+
+
+CROSSING = """<?xml version="1.0"?><osm version="0.6">
+<node id="1" lat="50.000" lon="7.990"/><node id="2" lat="50.000" lon="8.000">
+<tag k="highway" v="traffic_signals"/></node>
+<node id="3" lat="50.000" lon="8.010"/><node id="4" lat="50.007" lon="8.000"/>
+<node id="5" lat="49.993" lon="8.000"/>
+<way id="10"><nd ref="1"/><nd ref="2"/><nd ref="3"/><tag k="highway" v="primary"/></way>
+<way id="11"><nd ref="4"/><nd ref="2"/><nd ref="5"/><tag k="highway" v="secondary"/></way></osm>
+"""
+
+
+def test_signals_are_timed_by_the_rule_or_by_a_table_of_ones_own(
+    tmp_path: Path, osm: dict[str, Any]
+) -> None:
+    (tmp_path / "town.osm").write_text(CROSSING, encoding="utf-8")
+    (tmp_path / "od.csv").write_text("origin,destination,vehicles\n1,3,60\n", encoding="utf-8")
+    section = with_od(osm)
+    assert ingest(tmp_path, section | {"signals": "none"}) == 0
+    table = tmp_path / "run/network/signals.csv"
+    assert not table.exists()
+    free = figures(tmp_path)["total_delay_veh_s"]
+    assert ingest(tmp_path, section) == 0
+    plans = pd.read_csv(table)
+    assert set(plans["source"]) == {"assumed"}
+    assert plans["phase"].nunique() == 2
+    assumed = figures(tmp_path)["total_delay_veh_s"]
+    assert assumed > free
+    # nearly always red for the road that everybody drives
+    own = plans.assign(source="given", cycle_s=float("nan"))
+    main_road = own["link_id"].str.startswith("10:")
+    own.loc[main_road, "green_s"], own.loc[~main_road, "green_s"] = 8.0, 100.0
+    own.to_csv(tmp_path / "plans.csv", index=False)
+    assert ingest(tmp_path, section | {"signal_table": "plans.csv"}) == 0
+    assert figures(tmp_path)["total_delay_veh_s"] > 2 * assumed
+    assert ingest(tmp_path, section | {"signals": "none"}) == 0
+    assert not table.exists()
+    assert figures(tmp_path)["total_delay_veh_s"] == free
+
+
+def test_signals_of_gmns_tables_keep_their_times(tmp_path: Path) -> None:
+    plan = Signal("b", (Phase(30.0, ("link 0",)), Phase(25.0, ())), offset=5.0)
+    crossing = replace(road(), nodes=road().nodes.assign(control=["none", "signal"]))
+    write_gmns(crossing, trips(), tmp_path / "gmns", signals=[plan])
+    assert ingest(tmp_path, {"format": "gmns", "gmns": {"folder": "gmns"}}) == 0
+    plans = pd.read_csv(tmp_path / "run/network/signals.csv")
+    assert set(plans["source"]) == {"given"}
+    held = plans[plans["link_id"] == "link 0"].iloc[0]
+    assert (held["green_s"], held["offset_s"], held["cycle_s"]) == (30.0, 5.0, 55.0)

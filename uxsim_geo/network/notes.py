@@ -53,6 +53,10 @@ class Notes:
         for link_id, value in zip(ids, values, strict=True):
             self.rows.append(("link", link_id, topic, "warning", note, _text(value)))
 
+    def add_table(self, notes: pd.DataFrame) -> None:
+        """Take over notes that were made elsewhere, a table as :meth:`table` gives."""
+        self.rows += list(notes[list(NOTE_COLUMNS)].itertuples(index=False, name=None))
+
     def table(self) -> pd.DataFrame:
         """One row a note, columns :data:`NOTE_COLUMNS`."""
         return pd.DataFrame(self.rows, columns=list(NOTE_COLUMNS)).astype("str")

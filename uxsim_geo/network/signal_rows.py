@@ -44,6 +44,25 @@ class SignalRow(NamedTuple):
     source: str
 
 
+def rows_of_signals(signals: Iterable[Signal]) -> list[SignalRow]:
+    """Signals as rows of a table, which says ``given`` of them; their periods are not kept."""
+    return [
+        SignalRow(
+            signal.node_id,
+            number,
+            link_id,
+            phase.duration,
+            signal.all_red,
+            signal.offset,
+            signal.cycle,
+            "given",
+        )
+        for signal in signals
+        for number, phase in enumerate(signal.phases, start=1)
+        for link_id in (phase.links or (None,))
+    ]
+
+
 def table_of(rows: Sequence[SignalRow]) -> pd.DataFrame:
     """The rows as a table with columns :data:`COLUMNS`."""
     types = dict.fromkeys(COLUMNS, "str") | {"phase": "int64"} | dict.fromkeys(NUMBERS, "float64")

@@ -1,0 +1,74 @@
+"""Signals of the network itself: planned or read at ingestion, obeyed by the simulation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipeline.ingest_config import IngestSection
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pipeline.config import Config
+    from uxsim_geo.control.signals import Signal
+    from uxsim_geo.network.network import Network
+    from uxsim_geo.network.notes import Notes
+
+#: in a run's folder, only where there are signals
+SIGNALS = "network/signals.csv"
+
+
+def signal_table(section: IngestSection, network: Network, notes: Notes) -> pd.DataFrame | None:
+    """The plans of the configuration's table, of GMNS tables, or by the rule; None: no signals.
+
+    ``notes`` collects what was assumed and left out.
+    """
+    import pandas as pd
+
+    from uxsim_geo.network.signal_plans import signal_plans
+    from uxsim_geo.network.signal_table import read_signal_table
+
+    if section.signal_table is not None:
+        return read_signal_table(section.signal_table, network, notes=notes)
+    if section.signals == "none" or not (network.nodes["control"] == "signal").any():
+        return None
+    given = _gmns_plans(section, network, notes)
+    timed = network.nodes["node_id"].isin(given["node_id"].unique())
+    open_nodes = network.nodes.assign(control=network.nodes["control"].mask(timed, "none"))
+    table = signal_plans(replace(network, nodes=open_nodes), notes=notes)
+    table = pd.concat([given, table], ignore_index=True) if len(given) else table
+    return table if len(table) else None
+
+
+def _gmns_plans(section: IngestSection, network: Network, notes: Notes) -> pd.DataFrame:
+    """Plans that the tables of a GMNS folder hold, those for the whole run alone."""
+    from uxsim_geo.network.gmns_signals import read_gmns_signals
+    from uxsim_geo.network.signal_rows import rows_of_signals, table_of
+
+    told = section.gmns
+    if told is None or not (told.folder / "signal_timing_plan.csv").is_file():
+        return table_of([])
+    signals = read_gmns_signals(told.folder, network)
+    notes.add_table(signals.notes)
+    whole = [one for one in signals.plans if one.begin <= 0 and one.end == math.inf]
+    for node in dict.fromkeys(one.node_id for one in signals.plans if one not in whole):
+        notes.add("signal", f"node {node} has plans by the time of day, which are not read here")
+    return table_of(rows_of_signals(whole))
+
+
+def signals_of(config: Config, path: Path) -> list[Signal]:
+    """The signals of a run's network, but for nodes whose signals the configuration describes."""
+    from uxsim_geo.network.signal_rows import COLUMNS
+    from uxsim_geo.network.signal_table import signals_of_table
+
+    if not path.is_file():
+        return []
+    import pandas as pd
+
+    texts = {"node_id": "str", "link_id": "str", "source": "str"}
+    table = pd.read_csv(path, dtype=texts, keep_default_na=False, na_values={"link_id": [""]})
+    own = {entry.node_id for entry in config.simulate.control.signals}
+    return signals_of_table(table.loc[~table["node_id"].isin(own), list(COLUMNS)])
