@@ -30,9 +30,7 @@ def movements_of_joined(
     columns = (movements["from_link_id"], via, movements["to_link_id"])
     for place, (first, between, last) in enumerate(zip(*columns, strict=True)):
         rows = [row[link_id] for link_id in (first, *between.split(), last)]
-        turns = [
-            (chain[one], chain[other], start[other] in gone) for one, other in pairwise(rows)
-        ]
+        turns = [(chain[one], chain[other], start[other] in gone) for one, other in pairwise(rows)]
         if any(one != other and at_gone for one, other, at_gone in turns):
             continue
         path = [chain[rows[0]], *(other for one, other, _ in turns if one != other)]

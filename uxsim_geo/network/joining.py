@@ -149,14 +149,15 @@ def _lines(table: pd.DataFrame, groups: Groups, several: Any) -> Any:
     return shapely.linestrings(points[~again], indices=link[~again])
 
 
-def _note(
-    network: Network, links: pd.DataFrame, groups: Groups, kind: Rows, notes: Notes
-) -> None:
+def _note(network: Network, links: pd.DataFrame, groups: Groups, kind: Rows, notes: Notes) -> None:
     before = len(network.links)
     note = f"{count(before, 'link')} became {len(links)} at nodes of degree two; value: nodes gone"
     gone = int((groups.size - 1).sum())
     notes.add("links joined", note, element="link", value=gone)
     mixed = groups.least(kind) != groups.greatest(kind)
     names = links["link_id"][mixed].tolist()
-    note = "a short piece with other lanes, speed or class is a part of it; value: pieces"
-    note_places(notes, "short piece joined", note, names, values=groups.size[mixed].tolist())
+    remark = (
+        "short piece joined",
+        "a short piece with other lanes, speed or class is a part of it; value: pieces",
+    )
+    note_places(notes, remark, names, values=groups.size[mixed].tolist())

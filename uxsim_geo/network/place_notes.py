@@ -12,14 +12,17 @@ MOST_SINGLE_NOTES = 1000
 
 def note_places(
     notes: Notes,
-    topic: str,
-    note: str,
+    remark: tuple[str, str],
     ids: Sequence[str],
     *,
     element: Element = "link",
     values: Sequence[object] | None = None,
 ) -> None:
-    """Note the same of every element in ``ids``, or once with their number."""
+    """Note the same of every element in ``ids``, or once with their number.
+
+    ``remark``: topic and note; what stands after ``; value:`` in the note says what ``values`` are.
+    """
+    topic, note = remark
     if len(ids) <= MOST_SINGLE_NOTES:
         notes.add_each(topic, note, ids, element=element, values=values)
         return
