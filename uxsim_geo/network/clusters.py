@@ -35,7 +35,7 @@ class JunctionSizes:
     signal_link: float = 35.0
     ring: float = 60.0
     extent: float = 60.0
-    error: float = 10.0
+    error: float = 5.0
 
 
 def clusters_of(

@@ -45,8 +45,14 @@ class Merged:
     additions: Additions
 
 
-def merge_junctions(network: Network, sizes: JunctionSizes, notes: Notes) -> Network:
-    """Make one node of the nodes of each junction.
+def merge_junctions(
+    network: Network,
+    sizes: JunctionSizes,
+    notes: Notes,
+    *,
+    apart: frozenset[str] = frozenset(),
+) -> Network:
+    """Make one node of the nodes of each junction; those in ``apart`` (node ids) stay as they are.
 
     The node has the id of the signal, or else the node, that comes first among them;
     ``merged_node_ids`` (nodes) names all. Junctions whose ways would become longer or shorter by
@@ -55,7 +61,7 @@ def merge_junctions(network: Network, sizes: JunctionSizes, notes: Notes) -> Net
     ends = ends_of(network)
     points = metric_points(network)
     streets, headings = streets_of(network, ends), headings_of(network)
-    free = _free_nodes(network)
+    free = _free_nodes(network) & ~np.asarray(network.nodes["node_id"].isin(apart), dtype=bool)
     merged: list[Merged] = []
     refused: dict[int, str] = {}
     for share in AGAIN:

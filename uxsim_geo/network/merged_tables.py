@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.network.incidence import Floats, Rows, rank_of
-from uxsim_geo.network.inner_paths import Streets, ban_paths
+from uxsim_geo.network.inner_paths import Streets
+from uxsim_geo.network.long_bans import ban_paths
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import numbers
 
@@ -138,8 +139,7 @@ def _movements(
     kept, said = [], {}
     for place, path in enumerate(paths):
         own = streets.start[path[-1]] in at and len(path) == 2
-        turns_back = streets.twin[path[0]] == path[-1]
-        if gone.isdisjoint(path) and (not own or turns_back):
+        if gone.isdisjoint(path) and not own:
             kept.append(place)
         said[path[0], path[-1]] = place
     own_rows = _rows_of_junctions(network, merged, streets, said)
@@ -161,7 +161,7 @@ def _rows_of_junctions(
         for one in merged
         for a in sorted(one.junction.approaches)
         for b in sorted(one.junction.exits)
-        if (a, b) not in one.junction.ways and streets.twin[a] != b
+        if (a, b) not in one.junction.ways
     ]
     columns = {
         "from_link_id": [ids[a] for a, _ in pairs],

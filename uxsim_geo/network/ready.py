@@ -1,0 +1,126 @@
+"""From a network as it was read to one that can be simulated: the list of steps.
+
+Every step is optional and leaves notes of what it did. Rows keep their order; the result depends
+on the tables alone, not on the order of their rows, on threads or on the machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pandas as pd
+
+from uxsim_geo.network.distortion import compare, note_distortion, sample_nodes
+from uxsim_geo.network.joining import join_links
+from uxsim_geo.network.junctions import merge_junctions
+from uxsim_geo.network.largest_part import keep_largest_part
+from uxsim_geo.network.network import NOTE_COLUMNS, Network
+from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.projection import project
+from uxsim_geo.network.pruning import drop_undrivable
+from uxsim_geo.network.ready_options import ReadyOptions
+from uxsim_geo.network.rows import numbers
+from uxsim_geo.network.u_turns import ban_u_turns
+
+#: called with what is being done and the share of the whole that is done, 0 to 1
+Progress = Callable[[str, float], None]
+
+#: seeds of the samples by which junctions are taken apart, and by which the result is judged
+LOOKING, JUDGING = 1, 2
+
+
+def make_ready(
+    network: Network, options: ReadyOptions, *, progress: Progress | None = None
+) -> Network:
+    """Take the steps that ``options`` ask for, one after the other; notes are added to those before.
+
+    ``progress`` is called with a word and the share done.
+    """
+    tell = progress or _silent
+    notes = Notes()
+    notes.add("driving side", "no step depends on it", value=options.driving_side)
+    note_short_links(network, options.step, "before", notes)
+    tell("projection", 0.0)
+    if options.project:
+        network = project(network, options.crs, notes)
+    tell("largest part", 0.1)
+    if options.drop_undrivable:
+        network = drop_undrivable(network, options.dropped_classes, notes)
+    if options.largest_part:
+        network = keep_largest_part(network, notes)
+    tell("joining", 0.2)
+    if options.join:
+        network = join_links(network, options.short_piece, notes)
+    whole = network
+    tell("junctions", 0.3)
+    if options.merge_junctions:
+        network = _merge(network, options, notes, lambda share: tell("junctions", 0.3 + share / 2))
+    if options.merge_junctions and options.join:
+        network = join_links(network, options.short_piece, notes)
+    tell("turning back", 0.85)
+    network = ban_u_turns(network, options.u_turns, notes)
+    if options.largest_part:
+        network = keep_largest_part(network, notes)
+    tell("comparing", 0.9)
+    _judge(whole, network, options, notes)
+    note_short_links(network, options.step, "after", notes)
+    tell("done", 1.0)
+    return replace(network, notes=_together(network.notes, notes.table()))
+
+
+def _silent(_what: str, _share: float) -> None:
+    """Progress that nobody watches."""
+
+
+def _merge(
+    network: Network, options: ReadyOptions, notes: Notes, tell: Callable[[float], None]
+) -> Network:
+    """Merge junctions; those on ways that change by more than 1 % are taken apart again."""
+    apart: frozenset[str] = frozenset()
+    own = Notes()
+    merged = merge_junctions(network, options.junctions, own)
+    for number in range(options.rounds if options.sampled_origins else 0):
+        tell(number / options.rounds)
+        sample = sample_nodes(network, merged, options.sampled_origins, LOOKING)
+        found = compare(network, merged, sample).values()
+        more = _members(merged, frozenset().union(*(one.on_changed_ways for one in found)))
+        if not more - apart:
+            break
+        apart |= more
+        own = Notes()
+        merged = merge_junctions(network, options.junctions, own, apart=apart)
+    notes.rows.extend(own.rows)
+    note = "nodes of junctions left apart, since ways over them changed by more than 1 %"
+    notes.add("junctions merged", note, element="node", value=len(apart))
+    return merged
+
+
+def _members(network: Network, ids: frozenset[str]) -> frozenset[str]:
+    """Ids of all nodes of the merged junctions of which some node is named."""
+    if "merged_node_ids" not in network.nodes:
+        return frozenset()
+    members = [names.split() for names in network.nodes["merged_node_ids"].dropna()]
+    return frozenset(
+        name for names in members if not ids.isdisjoint(names) for name in names
+    )
+
+
+def _judge(before: Network, after: Network, options: ReadyOptions, notes: Notes) -> None:
+    """Compare ways with those before merging, from other origins than were looked at then."""
+    if options.sampled_origins and len(after.nodes):
+        sample = sample_nodes(before, after, options.sampled_origins, JUDGING)
+        note_distortion(compare(before, after, sample), notes)
+
+
+def note_short_links(network: Network, step: float, when: str, notes: Notes) -> None:
+    """Say how many links are driven in less than one step (s) at free speed."""
+    links = network.links
+    short = numbers(links["length"]) < numbers(links["free_speed"]) * step
+    note = f"of {len(links)} links {when}: driven in less than {step:g} s; value: how many"
+    notes.add("short links", note, element="link", value=int(short.sum()))
+
+
+def _together(before: pd.DataFrame, own: pd.DataFrame) -> pd.DataFrame:
+    table = pd.concat([before, own], ignore_index=True)
+    return table.reindex(columns=list(NOTE_COLUMNS)).astype("str")
