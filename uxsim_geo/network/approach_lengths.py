@@ -33,7 +33,8 @@ RIDGE = 1e-4
 class Additions:
     """What each link at a junction takes over, m and s, and the greatest error of a turn.
 
-    That is in m, of turning round a third; an error of time counts as the way that one goes in it at the speed of the links.
+    That is in m, of turning round a third of it; an error of time counts as the way that is driven
+    in it at the speed of the links.
     """
 
     length: dict[int, float]

@@ -35,7 +35,7 @@ class JunctionSizes:
     signal_link: float = 35.0
     ring: float = 60.0
     extent: float = 60.0
-    error: float = 5.0
+    error: float = 7.0
 
 
 def clusters_of(
@@ -82,9 +82,7 @@ def _rings(network: Network, ends: Ends, length: Floats) -> tuple[Flags, Floats]
     return on_ring, np.where(on_ring, total[part], 0.0)
 
 
-def _grown(
-    pairs: Rows, length: Floats, boxes: Floats | None, extent: float, nodes: int
-) -> Rows:
+def _grown(pairs: Rows, length: Floats, boxes: Floats | None, extent: float, nodes: int) -> Rows:
     """Tie the nodes of one pair after the other, as long as the whole stays within the extent.
 
     Where it is not known where the nodes lie, the lengths of the links that tie them count.

@@ -41,31 +41,30 @@ class Sample:
 class Side:
     """One of the networks compared.
 
-    nodes, origins
-        rows of the sample's
-    costs
-        length (m) and free-flow time (s) of the links
+    nodes
+        rows of the sample's; (nodes,)
+    trees
+        by measure: the shortest ways from each of the sample's origins, bans kept; turning back
+        counts as closed where it is :func:`uxsim_geo.network.u_turns.needless`
     """
 
     graph: TurnGraph
     ids: pd.Index
     nodes: Rows
-    origins: Rows
-    costs: dict[str, Floats]
+    trees: dict[str, list[Tree]]
 
     @classmethod
     def of(cls, network: Network, sample: Sample) -> Side:
-        """Get a network ready to be compared."""
+        """Find the shortest ways of a network."""
         ids = pd.Index(network.nodes["node_id"])
+        graph = turn_graph(network)
         length = numbers(network.links["length"])
-        time = length / numbers(network.links["free_speed"])
-        return cls(
-            turn_graph(network),
-            ids,
-            ids.get_indexer(sample.nodes).astype(np.int64),
-            ids.get_indexer(sample.origins).astype(np.int64),
-            {LENGTH: length, TIME: time},
+        costs = {LENGTH: length, TIME: length / numbers(network.links["free_speed"])}
+        nodes, origins = (
+            ids.get_indexer(names).astype(np.int64) for names in (sample.nodes, sample.origins)
         )
+        trees = {measure: list(shortest(graph, cost, origins)) for measure, cost in costs.items()}
+        return cls(graph, ids, nodes, trees)
 
     def nodes_on_way(self, tree: Tree, place: int) -> set[str]:
         """Ids of the nodes on the way to one of the sample's nodes."""
@@ -83,7 +82,7 @@ class Change:
     lost
         number of ways that are no longer there
     on_changed_ways
-        ids of the nodes on ways that are far and have changed by more than :data:`WITHIN`
+        ids of the nodes on the ways that are far and have changed most, by more than allowed
     """
 
     before: Floats
@@ -109,40 +108,35 @@ def sample_nodes(before: Network, after: Network, origins: int, seed: int) -> Sa
     return Sample(pd.Index(names.iloc[np.sort(drawn)]), pd.Index(names))
 
 
-def compare(before: Network, after: Network, sample: Sample) -> dict[str, Change]:
-    """Shortest length and, apart from that, shortest free-flow time, bans kept, in both networks.
-
-    Turning back counts as closed where it is :func:`uxsim_geo.network.u_turns.needless`.
-    """
-    one, other = Side.of(before, sample), Side.of(after, sample)
-    far = [
-        tree.cost[one.nodes] >= NEAR
-        for tree in shortest(one.graph, one.costs[LENGTH], one.origins)
-    ]
-    return {measure: _compared(one, other, measure, far) for measure in (LENGTH, TIME)}
+def compare(one: Side, other: Side, within: float = WITHIN) -> dict[str, Change]:
+    """What became of lengths and of free-flow times, from one network to the other."""
+    far = [tree.cost[one.nodes] >= NEAR for tree in one.trees[LENGTH]]
+    return {measure: _compared(one, other, measure, (far, within)) for measure in one.trees}
 
 
-def _compared(one: Side, other: Side, measure: str, far: list[Flags]) -> Change:
-    trees = (shortest(side.graph, side.costs[measure], side.origins) for side in (one, other))
-    ways, fars, lost, on_ways = [], [], 0, set()
-    for tree, tree_after, is_far in zip(*trees, far, strict=True):
-        pair = np.stack([tree.cost[one.nodes], tree_after.cost[other.nodes]])
+def _compared(one: Side, other: Side, measure: str, bounds: tuple[list[Flags], float]) -> Change:
+    far, within = bounds
+    ways: list[Floats] = []
+    fars: list[Flags] = []
+    lost, on_ways = 0, set[str]()
+    for tree, after, is_far in zip(one.trees[measure], other.trees[measure], far, strict=True):
+        pair = np.stack([tree.cost[one.nodes], after.cost[other.nodes]])
         there = np.isfinite(pair).all(axis=0) & (pair[0] > 0)
         lost += int((np.isfinite(pair[0]) & ~np.isfinite(pair[1])).sum())
         ways.append(pair[:, there])
         fars.append(is_far[there])
-        for place in _most_changed(pair, there & is_far):
-            on_ways |= one.nodes_on_way(tree, place) | other.nodes_on_way(tree_after, place)
+        for place in _most_changed(pair, there & is_far, within):
+            on_ways |= one.nodes_on_way(tree, place) | other.nodes_on_way(after, place)
     both = np.concatenate(ways, axis=1)
     return Change(both[0], both[1], np.concatenate(fars), lost, frozenset(on_ways))
 
 
-def _most_changed(pair: Floats, there: Flags) -> list[int]:
-    """Places of the ways that have changed by more than is allowed, at most :data:`WORST`."""
+def _most_changed(pair: Floats, there: Flags, within: float) -> list[int]:
+    """Places of the ways that have changed by a greater share, at most :data:`WORST`."""
     share = np.zeros(pair.shape[1])
     share[there] = np.abs(pair[1, there] / pair[0, there] - 1.0)
     worst = np.argsort(-share, kind="stable")[:WORST]
-    places: list[int] = worst[share[worst] > WITHIN].tolist()
+    places: list[int] = worst[share[worst] > within].tolist()
     return places
 
 

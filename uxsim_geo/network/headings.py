@@ -43,7 +43,7 @@ def in_plane(network: Network) -> Network | None:
 
 
 def metric_points(network: Network) -> Floats | None:
-    """x and y of the nodes, m, (nodes, 2); None where it is not known where they lie."""
+    """Where the nodes are: x and y, m, (nodes, 2); None where it is not known where they lie."""
     import shapely
 
     plane = in_plane(network)

@@ -126,7 +126,9 @@ def _check_long_bans(junction: Junction, streets: Streets) -> None:
         raise CannotMergeError("a ban over several links goes on outside")
 
 
-def _walk(approach: int, junction: Junction, streets: Streets, cost: list[float]) -> dict[int, float]:
+def _walk(
+    approach: int, junction: Junction, streets: Streets, cost: list[float]
+) -> dict[int, float]:
     """Least cost of the ways from an approach to each exit, over links between (Dijkstra)."""
     done: set[Path] = set()
     found: dict[int, float] = {}

@@ -50,7 +50,7 @@ class Groups:
     @property
     def last(self) -> Rows:
         """Row of the last link of each chain."""
-        return self.order[self.begin + self.size - 1]
+        return np.asarray(self.order[self.begin + self.size - 1])
 
     @property
     def number(self) -> Rows:
@@ -112,7 +112,7 @@ def _main_rows(table: pd.DataFrame, groups: Groups, kind: Rows) -> Rows:
     total = np.round(np.bincount(inverse, weights=length), 3)
     order = np.lexsort((kinds[first], -total, number[first]))
     best = order[np.flatnonzero(np.diff(number[first][order], prepend=-1))]
-    return groups.order[first[best]]
+    return np.asarray(groups.order[first[best]])
 
 
 def _texts(column: pd.Series, groups: Groups) -> pd.Series:

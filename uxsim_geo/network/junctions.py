@@ -17,7 +17,7 @@ import numpy as np
 from uxsim_geo.network.approach_lengths import Additions, additions_of
 from uxsim_geo.network.clusters import JunctionSizes, clusters_of
 from uxsim_geo.network.headings import Headings, headings_of, metric_points
-from uxsim_geo.network.incidence import Flags, ends_of
+from uxsim_geo.network.incidence import Flags, Floats, ends_of
 from uxsim_geo.network.inner_paths import (
     CannotMergeError,
     Junction,
@@ -45,29 +45,51 @@ class Merged:
     additions: Additions
 
 
-def merge_junctions(
-    network: Network,
-    sizes: JunctionSizes,
-    notes: Notes,
-    *,
-    apart: frozenset[str] = frozenset(),
-) -> Network:
-    """Make one node of the nodes of each junction; those in ``apart`` (node ids) stay as they are.
+@dataclass(frozen=True)
+class Found:
+    """The junctions of a network.
+
+    merged
+        those that can be one node each
+    refused
+        by the row of a junction's first node: why it stays as it is
+    """
+
+    network: Network
+    streets: Streets
+    points: Floats | None
+    merged: list[Merged]
+    refused: dict[int, str]
+
+    def without(self, apart: frozenset[str]) -> Found:
+        """Leave out the junctions of which a node is named in ``apart``."""
+        rows = np.flatnonzero(self.network.nodes["node_id"].isin(apart)).tolist()
+        kept = [one for one in self.merged if one.junction.nodes.isdisjoint(rows)]
+        return replace(self, merged=kept)
+
+
+def merge_junctions(network: Network, sizes: JunctionSizes, notes: Notes) -> Network:
+    """Make one node of the nodes of each junction.
 
     The node has the id of the signal, or else the node, that comes first among them;
-    ``merged_node_ids`` (nodes) names all. Junctions whose ways would become longer or shorter by
-    more than ``sizes.error`` stay as they are, and are noted; so are those with zones inside.
+    ``merged_node_ids`` (nodes) names all, ``merge_error`` says by how much (m) a way through them
+    has changed at most, see :class:`uxsim_geo.network.approach_lengths.Additions`. Junctions whose
+    ways would become longer or shorter by more than ``sizes.error`` stay as they are, and are
+    noted; zones are no part of junctions.
     """
+    return merged_of(find_junctions(network, sizes), notes)
+
+
+def find_junctions(network: Network, sizes: JunctionSizes) -> Found:
+    """Find junctions, and what their links take over; nothing is changed yet."""
     ends = ends_of(network)
     points = metric_points(network)
     streets, headings = streets_of(network, ends), headings_of(network)
-    free = _free_nodes(network) & ~np.asarray(network.nodes["node_id"].isin(apart), dtype=bool)
+    free = _free_nodes(network)
     merged: list[Merged] = []
     refused: dict[int, str] = {}
     for share in AGAIN:
-        scaled = replace(
-            sizes, link=sizes.link * share, signal_link=sizes.signal_link * share
-        )
+        scaled = replace(sizes, link=sizes.link * share, signal_link=sizes.signal_link * share)
         refused = {}
         for nodes in clusters_of(network, ends, points, scaled, free):
             try:
@@ -77,8 +99,15 @@ def merge_junctions(
                 refused[int(nodes[0])] = str(why)
                 continue
             free[nodes] = False
-    _note(network, merged, refused, notes)
-    return merged_network(network, merged, streets, points) if merged else network
+    return Found(network, streets, points, merged, refused)
+
+
+def merged_of(found: Found, notes: Notes) -> Network:
+    """The network with its junctions merged."""
+    _note(found, notes)
+    if not found.merged:
+        return found.network
+    return merged_network(found.network, found.merged, found.streets)
 
 
 def _free_nodes(network: Network) -> Flags:
@@ -106,10 +135,9 @@ def _merged(found: Junction, streets: Streets, headings: Headings, error: float)
     return Merged(found, additions)
 
 
-def _note(
-    network: Network, merged: list[Merged], refused: dict[int, str], notes: Notes
-) -> None:
-    ids = network.nodes["node_id"].tolist()
+def _note(found: Found, notes: Notes) -> None:
+    merged, refused = found.merged, found.refused
+    ids = found.network.nodes["node_id"].tolist()
     inner = sum(len(one.junction.inner) for one in merged)
     note = f"{len(merged)} junctions of several nodes became one node each; value: links gone"
     notes.add("junctions merged", note, element="node", value=inner)

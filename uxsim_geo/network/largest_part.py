@@ -105,10 +105,12 @@ def _note_what_fell_out(
     order = np.lexsort((-length[rows], piece))
     first = np.flatnonzero(np.diff(piece[order], prepend=-1))
     size = np.diff(np.append(first, len(order)))
-    km = np.bincount(piece, weights=length[rows]) / 1000.0
+    lengths_km = np.bincount(piece, weights=length[rows]) / 1000.0
     ids = np.asarray(network.links["link_id"], dtype=object)[rows[order[first]]]
     reasons = why[rows[order[first]]]
-    told = sorted(zip(ids.tolist(), reasons.tolist(), size.tolist(), km.tolist(), strict=True))
+    told = sorted(
+        zip(ids.tolist(), reasons.tolist(), size.tolist(), lengths_km.tolist(), strict=True)
+    )
     for link_id, reason, number, length_km in told:
         note = f"a piece of {count(number, 'link')}, {length_km:.3f} km, that can be {reason}"
         notes.add_each("fell out", f"{note}; its longest link", [link_id])

@@ -50,6 +50,4 @@ def ban_paths(movements: pd.DataFrame) -> list[tuple[str, ...]]:
     has_via = "via_link_ids" in movements
     via = movements["via_link_ids"].fillna("") if has_via else [""] * len(movements)
     columns = (movements["from_link_id"], via, movements["to_link_id"])
-    return [
-        (first, *between.split(), last) for first, between, last in zip(*columns, strict=True)
-    ]
+    return [(first, *between.split(), last) for first, between, last in zip(*columns, strict=True)]

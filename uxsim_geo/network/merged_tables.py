@@ -26,16 +26,18 @@ SAME_SPEED = 0.002
 DECIMALS = 6
 
 
-def merged_network(
-    network: Network, merged: list[Merged], streets: Streets, points: Floats | None
-) -> Network:
-    """The tables with one node a junction; ``points``: x and y of the nodes in m, if known."""
+def merged_network(network: Network, merged: list[Merged], streets: Streets) -> Network:
+    """The tables with one node a junction."""
     rank = rank_of(network.nodes["node_id"])
     head = _heads(network, merged, rank)
     inner = np.zeros(len(network.links), dtype=bool)
     for one in merged:
         inner[list(one.junction.inner)] = True
     nodes = _nodes(network.nodes, head, rank)
+    error = {int(head[min(one.junction.nodes)]): one.additions.error for one in merged}
+    known = numbers(nodes["merge_error"]) if "merge_error" in nodes else np.full(len(nodes), np.nan)
+    known[list(error)] = np.round(list(error.values()), 3)
+    nodes["merge_error"] = known
     ids = network.nodes["node_id"].to_numpy()
     links = network.links.copy()
     for column, end in (("from_node_id", streets.start), ("to_node_id", streets.end)):
@@ -54,7 +56,7 @@ def merged_network(
 
 
 def _heads(network: Network, merged: list[Merged], rank: Rows) -> Rows:
-    """Row of the node that each becomes: of its junction the first by id, a signal before others."""
+    """Row of the node that each becomes: the first of its junction by id, signals before others."""
     signal = np.zeros(len(network.nodes), dtype=bool)
     if "control" in network.nodes:
         signal = np.asarray(network.nodes["control"] == "signal", dtype=bool)
@@ -142,7 +144,7 @@ def _movements(
         if gone.isdisjoint(path) and not own:
             kept.append(place)
         said[path[0], path[-1]] = place
-    own_rows = _rows_of_junctions(network, merged, streets, said)
+    own_rows = _rows_of_junctions(network, merged, said)
     old = movements.iloc[kept].copy()
     together = pd.concat([old, own_rows], ignore_index=True) if len(own_rows) else old
     node = [head[streets.start[row[link_id]]] for link_id in together["to_link_id"]]
@@ -152,7 +154,7 @@ def _movements(
 
 
 def _rows_of_junctions(
-    network: Network, merged: list[Merged], streets: Streets, said: dict[Any, int]
+    network: Network, merged: list[Merged], said: dict[Any, int]
 ) -> pd.DataFrame:
     """One row a turn of a junction for which there was no open way."""
     ids, movements = network.links["link_id"].tolist(), network.movements

@@ -44,7 +44,7 @@ def project(network: Network, crs: str | None, notes: Notes) -> Network:
     if crs is None:
         _note_width(degrees, chosen, notes)
     notes.add("projection", "geometry put into this system; lengths unchanged", value=chosen)
-    nodes, links = (_rounded(table.to_crs(chosen)) for table in (network.nodes, network.links))
+    nodes, links = (_projected(table, chosen) for table in (network.nodes, network.links))
     return replace(network, nodes=nodes, links=links)
 
 
@@ -100,10 +100,11 @@ def _note_width(degrees: Floats, chosen: str, notes: Notes) -> None:
         notes.add("projection", note, severity="warning", value=chosen)
 
 
-def _rounded(table: Any) -> pd.DataFrame:
-    """The same table with coordinates rounded to 1 mm."""
+def _projected(table: Any, crs: str) -> pd.DataFrame:
+    """The table in another system, with coordinates rounded to 1 mm."""
     import shapely
 
+    table = table.to_crs(crs)
     shapes = shapely.transform(table.geometry.to_numpy(), lambda xy: np.round(xy, DECIMALS))
     rounded: pd.DataFrame = table.set_geometry(shapes, crs=table.crs)
     return rounded

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import pandas as pd
 
-from uxsim_geo.network.distortion import compare, note_distortion, sample_nodes
+from uxsim_geo.network.distortion import Side, compare, note_distortion, sample_nodes
 from uxsim_geo.network.joining import join_links
-from uxsim_geo.network.junctions import merge_junctions
 from uxsim_geo.network.largest_part import keep_largest_part
 from uxsim_geo.network.network import NOTE_COLUMNS, Network
 from uxsim_geo.network.notes import Notes
@@ -21,19 +21,20 @@ from uxsim_geo.network.projection import project
 from uxsim_geo.network.pruning import drop_undrivable
 from uxsim_geo.network.ready_options import ReadyOptions
 from uxsim_geo.network.rows import numbers
+from uxsim_geo.network.settling import merge_within
 from uxsim_geo.network.u_turns import ban_u_turns
 
 #: called with what is being done and the share of the whole that is done, 0 to 1
 Progress = Callable[[str, float], None]
 
-#: seeds of the samples by which junctions are taken apart, and by which the result is judged
-LOOKING, JUDGING = 1, 2
+#: seed of the sample by which the result is judged; not that by which junctions were chosen
+SEED = 2
 
 
 def make_ready(
     network: Network, options: ReadyOptions, *, progress: Progress | None = None
 ) -> Network:
-    """Take the steps that ``options`` ask for, one after the other; notes are added to those before.
+    """Take the steps that ``options`` ask for; their notes stand after those that are there.
 
     ``progress`` is called with a word and the share done.
     """
@@ -55,7 +56,9 @@ def make_ready(
     whole = network
     tell("junctions", 0.3)
     if options.merge_junctions:
-        network = _merge(network, options, notes, lambda share: tell("junctions", 0.3 + share / 2))
+        limits = (options.sampled_origins, options.rounds)
+        told = partial(_tell_part, tell)
+        network = merge_within(network, options.junctions, limits, notes, told)
     if options.merge_junctions and options.join:
         network = join_links(network, options.short_piece, notes)
     tell("turning back", 0.85)
@@ -73,44 +76,15 @@ def _silent(_what: str, _share: float) -> None:
     """Progress that nobody watches."""
 
 
-def _merge(
-    network: Network, options: ReadyOptions, notes: Notes, tell: Callable[[float], None]
-) -> Network:
-    """Merge junctions; those on ways that change by more than 1 % are taken apart again."""
-    apart: frozenset[str] = frozenset()
-    own = Notes()
-    merged = merge_junctions(network, options.junctions, own)
-    for number in range(options.rounds if options.sampled_origins else 0):
-        tell(number / options.rounds)
-        sample = sample_nodes(network, merged, options.sampled_origins, LOOKING)
-        found = compare(network, merged, sample).values()
-        more = _members(merged, frozenset().union(*(one.on_changed_ways for one in found)))
-        if not more - apart:
-            break
-        apart |= more
-        own = Notes()
-        merged = merge_junctions(network, options.junctions, own, apart=apart)
-    notes.rows.extend(own.rows)
-    note = "nodes of junctions left apart, since ways over them changed by more than 1 %"
-    notes.add("junctions merged", note, element="node", value=len(apart))
-    return merged
-
-
-def _members(network: Network, ids: frozenset[str]) -> frozenset[str]:
-    """Ids of all nodes of the merged junctions of which some node is named."""
-    if "merged_node_ids" not in network.nodes:
-        return frozenset()
-    members = [names.split() for names in network.nodes["merged_node_ids"].dropna()]
-    return frozenset(
-        name for names in members if not ids.isdisjoint(names) for name in names
-    )
+def _tell_part(tell: Progress, share: float) -> None:
+    tell("junctions", 0.3 + 0.5 * share)
 
 
 def _judge(before: Network, after: Network, options: ReadyOptions, notes: Notes) -> None:
     """Compare ways with those before merging, from other origins than were looked at then."""
     if options.sampled_origins and len(after.nodes):
-        sample = sample_nodes(before, after, options.sampled_origins, JUDGING)
-        note_distortion(compare(before, after, sample), notes)
+        sample = sample_nodes(before, after, options.sampled_origins, SEED)
+        note_distortion(compare(Side.of(before, sample), Side.of(after, sample)), notes)
 
 
 def note_short_links(network: Network, step: float, when: str, notes: Notes) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from uxsim_geo.errors import Faults
@@ -48,7 +48,7 @@ class ReadyOptions:
     join: bool = True
     short_piece: float = 50.0
     merge_junctions: bool = True
-    junctions: JunctionSizes = JunctionSizes()
+    junctions: JunctionSizes = field(default_factory=JunctionSizes)
     u_turns: Where = "signals"
     driving_side: DrivingSide = "right"
     sampled_origins: int = 16

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, Turns, ends_of, turns_of
 from uxsim_geo.network.long_bans import LongBans, Path
@@ -60,7 +61,7 @@ def turn_graph(network: Network) -> TurnGraph:
 def _first_steps(turns: Turns, allowed: Flags, place: dict[Path, int]) -> list[tuple[int, int]]:
     """Steps that begin a ban: their rows among those allowed, and the state they lead to."""
     before, after = turns.before[allowed], turns.after[allowed]
-    found = []
+    found: list[tuple[int, int]] = []
     for path in place:
         if len(path) == 2:
             rows = np.flatnonzero((before == path[0]) & (after == path[1]))
@@ -93,8 +94,8 @@ class Tree:
     """
 
     cost: Floats
-    last: Rows
-    before: Rows
+    last: npt.NDArray[np.int32]
+    before: npt.NDArray[np.int32]
 
 
 def shortest(graph: TurnGraph, cost: Floats, origins: Rows) -> Iterator[Tree]:
@@ -114,11 +115,11 @@ def shortest(graph: TurnGraph, cost: Floats, origins: Rows) -> Iterator[Tree]:
         found, before = dijkstra(steps, indices=links + origin, return_predecessors=True)
         least = np.full(graph.ends.nodes, np.inf)
         least[known] = np.minimum.reduceat(found[:links][order], begin)
-        last = np.full(graph.ends.nodes, -1, dtype=np.int64)
+        last = np.full(graph.ends.nodes, -1, dtype=np.int32)
         reached = np.flatnonzero(np.isfinite(found[:links]) & (found[:links] == least[node]))
         last[node[reached[::-1]]] = reached[::-1]
         least[origin], last[origin] = 0.0, -1
-        yield Tree(least, last, np.where(before >= links, -1, before).astype(np.int64))
+        yield Tree(least, last, np.where(before >= links, -1, before).astype(np.int32))
 
 
 def nodes_on_way(graph: TurnGraph, tree: Tree, node: int) -> list[int]:
