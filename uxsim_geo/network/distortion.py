@@ -25,6 +25,9 @@ NEAR = 1000.0
 #: share within which lengths and times are to stay
 WITHIN = 0.01
 
+#: origins of a sample, even of the largest network
+FEWEST = 8
+
 #: of each origin, so many of the ways that have changed most are looked at
 WORST = 100
 
@@ -97,13 +100,17 @@ class Change:
         return np.abs(self.after[self.far] / self.before[self.far] - 1.0)
 
 
-def sample_nodes(before: Network, after: Network, origins: int, seed: int) -> Sample:
-    """Draw origins among the nodes of both networks that are no merged junctions."""
+def sample_nodes(before: Network, after: Network, ways: int, seed: int) -> Sample:
+    """Draw origins for so many ways among the nodes of both networks that are no merged ones.
+
+    At least :data:`FEWEST` origins, at most all.
+    """
     ids = after.nodes["node_id"]
     if "merged_node_ids" in after.nodes:
         ids = ids[after.nodes["merged_node_ids"].isna()]
     ids = ids[np.asarray(pd.Index(before.nodes["node_id"]).get_indexer(pd.Index(ids))) >= 0]
     names = ids.iloc[np.argsort(rank_of(ids))]
+    origins = max(FEWEST, ways // max(len(names), 1))
     drawn = np.random.default_rng(seed).permutation(len(names))[:origins]
     return Sample(pd.Index(names.iloc[np.sort(drawn)]), pd.Index(names))
 

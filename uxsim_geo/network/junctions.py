@@ -90,7 +90,6 @@ def find_junctions(network: Network, sizes: JunctionSizes) -> Found:
     refused: dict[int, str] = {}
     for share in AGAIN:
         scaled = replace(sizes, link=sizes.link * share, signal_link=sizes.signal_link * share)
-        refused = {}
         for nodes in clusters_of(network, ends, points, scaled, free):
             try:
                 found = junction_of(nodes, streets)
@@ -99,6 +98,7 @@ def find_junctions(network: Network, sizes: JunctionSizes) -> Found:
                 refused[int(nodes[0])] = str(why)
                 continue
             free[nodes] = False
+    refused = {node: why for node, why in refused.items() if free[node]}
     return Found(network, streets, points, merged, refused)
 
 

@@ -56,7 +56,7 @@ def make_ready(
     whole = network
     tell("junctions", 0.3)
     if options.merge_junctions:
-        limits = (options.sampled_origins, options.rounds)
+        limits = (options.sampled_ways, options.rounds)
         told = partial(_tell_part, tell)
         network = merge_within(network, options.junctions, limits, notes, told)
     if options.merge_junctions and options.join:
@@ -82,8 +82,8 @@ def _tell_part(tell: Progress, share: float) -> None:
 
 def _judge(before: Network, after: Network, options: ReadyOptions, notes: Notes) -> None:
     """Compare ways with those before merging, from other origins than were looked at then."""
-    if options.sampled_origins and len(after.nodes):
-        sample = sample_nodes(before, after, options.sampled_origins, SEED)
+    if options.sampled_ways and len(after.nodes):
+        sample = sample_nodes(before, after, options.sampled_ways, SEED)
         note_distortion(compare(Side.of(before, sample), Side.of(after, sample)), notes)
 
 

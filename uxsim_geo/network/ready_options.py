@@ -32,10 +32,10 @@ class ReadyOptions:
         where turning back is banned: ``nowhere``, at ``signals``, at all ``junctions``
     driving_side
         recorded: no step depends on it, since no geometry is made of roads with two sides
-    sampled_origins
-        ways from so many nodes to all are compared before and after merging; 0: none
+    sampled_ways
+        so many ways, from some nodes to all, are compared before and after merging; 0: none
     rounds
-        so many times junctions on ways that have changed by more than 1 % are taken apart again
+        so many times junctions on ways that have changed too much are taken apart again
     step
         s, reaction time times platoon size: links that are driven in less are counted
     """
@@ -51,8 +51,8 @@ class ReadyOptions:
     junctions: JunctionSizes = field(default_factory=JunctionSizes)
     u_turns: Where = "signals"
     driving_side: DrivingSide = "right"
-    sampled_origins: int = 16
-    rounds: int = 3
+    sampled_ways: int = 500_000
+    rounds: int = 5
     step: float = 5.0
 
     def __post_init__(self) -> None:
@@ -61,7 +61,7 @@ class ReadyOptions:
             if not 0 <= getattr(self, name) < math.inf:
                 what = "must be a finite number, 0 or above"
                 faults.add(what, column=name, value=getattr(self, name))
-        for name in ("sampled_origins", "rounds"):
+        for name in ("sampled_ways", "rounds"):
             if getattr(self, name) < 0:
                 faults.add("must be 0 or above", column=name, value=getattr(self, name))
         for name, known in (("u_turns", get_args(Where)), ("driving_side", get_args(DrivingSide))):

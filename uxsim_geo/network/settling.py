@@ -30,18 +30,18 @@ def merge_within(
 ) -> Network:
     """Merge junctions, and take those apart again over which ways change by too much.
 
-    ``limits``: ways are looked at from so many nodes to all, and so many times; ``tell`` is
+    ``limits``: so many ways are looked at, so many times; ``tell`` is
     called with the share done. What is left is a network in which the ways looked at that are
     1 km and longer have changed by less than 1 %, or the times were not enough.
     """
-    origins, rounds = limits
+    ways, rounds = limits
     found = find_junctions(network, sizes)
     tell(0.3)
     own = Notes()
     merged = merged_of(found, own)
     apart: frozenset[str] = frozenset()
-    sample = sample_nodes(network, merged, origins, SEED)
-    before = Side.of(network, sample) if origins and rounds and found.merged else None
+    sample = sample_nodes(network, merged, ways, SEED)
+    before = Side.of(network, sample) if ways and rounds and found.merged else None
     for number in range(rounds if before is not None else 0):
         assert before is not None
         tell(0.4 + 0.6 * number / rounds)
