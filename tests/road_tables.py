@@ -165,9 +165,7 @@ def plain_costs(network: Network, origin: str, cost: str) -> dict[str, float]:
     entered = {o for found in straight.values() for o in found}
     for one, found in onward.items():
         turning = [o for o in found if back(one, o)]
-        kept = [
-            o for o in turning if not straight[one] or o not in entered or ends[one] in merged
-        ]
+        kept = [o for o in turning if not straight[one] or o not in entered or ends[one] in merged]
         onward[one] = straight[one] + kept
     best: dict[str, float] = {origin: 0.0}
     done = set()

@@ -56,6 +56,7 @@ def join_links(
     roads = Roads(straight, ends, kind, length, rank_of(network.nodes["node_id"]))
     joined = nodes_to_join(roads, short_piece)
     if not joined.any():
+        notes.add("links joined", "no node of degree two to join links at", value=0)
         return network
     groups = Groups.of(*places_in_chains(np.where(joined[ends.start], straight.previous, -1)))
     links = _links(network.links, groups, kind)
