@@ -19,6 +19,7 @@ from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.projection import project, utm_zone
 from uxsim_geo.network.pruning import drop_undrivable
+from uxsim_geo.network.ready import make_ready
 from uxsim_geo.network.ready_options import ReadyOptions
 from uxsim_geo.network.u_turns import ban_u_turns
 
@@ -157,6 +158,36 @@ def test_centroids_keep_the_connectors_that_lead_in_or_out() -> None:
     nodes = network.nodes
     nodes["through_traffic"] = ~nodes["node_id"].isin(["x", "y"])
     assert kept(replace(network, nodes=nodes)) == CIRCLE | {"x-b", "b-x", "y-c"}
+
+
+def test_zones_keep_the_ways_from_them_in_and_to_them_out() -> None:
+    """From x one only comes in, to z one only comes out; y is no zone."""
+    roads = [road("x", "y"), road("y", "b"), road("c", "z"), road("y", "z")]
+    assert kept(ring(*roads, zones={"x": "1", "z": "2"})) == CIRCLE | {"x-y", "y-b", "c-z"}
+    assert kept(ring(*roads)) == CIRCLE
+    network = ring(*roads)
+    nodes = network.nodes
+    nodes["destination_of"] = nodes["node_id"].map({"z": "2", "x": "1"})
+    nodes["origin_of"] = None
+    assert kept(replace(network, nodes=nodes)) == CIRCLE | {"c-z"}
+
+
+def test_where_nothing_leads_back_everything_is_kept() -> None:
+    notes = Notes()
+    network = drawn(SQUARE, [road("a", "b"), road("b", "c"), road("a", "d"), road("d", "c")])
+    assert len(kept(network, notes)) == 4
+    assert set(notes.table()["severity"]) == {"warning"}
+
+
+def test_unknown_lengths_and_speeds_are_no_hindrance() -> None:
+    """An overrides table may bring them later. Around a link of unknown length nodes stay."""
+    roads = [street("a", "b"), street("b", "x"), street("x", "c"), street("c", "a")]
+    network = drawn(SQUARE | OUTER, roads)
+    network.links.loc[2, ["length", "lanes"]] = float("nan")
+    network.links["free_speed"] = float("nan")
+    ready = make_ready(network, ReadyOptions())
+    assert set(ready.nodes["node_id"]) == {"b", "x"}
+    assert "not measured" in ready.notes["note"].str.cat()
 
 
 def test_keeping_twice_changes_nothing() -> None:

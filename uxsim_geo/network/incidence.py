@@ -81,7 +81,8 @@ def twins_of(network: Network, ends: Ends) -> Rows:
 
     That is a link between the same nodes the other way, of the same length to the millimetre.
     """
-    length = np.round(numbers(network.links["length"]) * 1000.0).astype(np.int64)
+    known = np.nan_to_num(numbers(network.links["length"]))
+    length = np.round(known * 1000.0).astype(np.int64)
     low, high = np.minimum(ends.start, ends.end), np.maximum(ends.start, ends.end)
     against = ends.start > ends.end
     order = np.lexsort((rank_of(network.links["link_id"]), against, length, high, low))

@@ -9,6 +9,7 @@ between were long is shared among those around, see :mod:`uxsim_geo.network.appr
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import dataclass, replace
 
@@ -127,6 +128,9 @@ def _merged(found: Junction, streets: Streets, headings: Headings, error: float)
     """Share the ways of a junction, or raise :class:`CannotMergeError`."""
     if not found.ways:
         raise CannotMergeError("nobody comes through it")
+    around = (*found.inner, *found.approaches, *found.exits)
+    if not all(math.isfinite(streets.time[link]) for link in around):
+        raise CannotMergeError("a length or speed is not known")
     if any(streets.length[link] > MOST_INNER * error for link in found.inner):
         raise CannotMergeError("a long link leads from it to itself")
     additions = additions_of(found, streets, headings.angles(found))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from uxsim_geo.network.incidence import Ends, Flags, Rows, Turns, ends_of, turns_of, without
+from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, Turns, ends_of, turns_of, without
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import count, numbers
@@ -25,10 +25,11 @@ ISLAND, TRAP, SPRING = (
 
 
 def keep_largest_part(network: Network, notes: Notes) -> Network:
-    """Keep the strongly connected part with the greatest length of lanes.
+    """Keep the strongly connected part with the greatest length of lanes, and its origins' ways.
 
-    Where nobody may drive through a node (``through_traffic`` False), its links stay if they
-    lead into the part or out of it. What falls out is listed, one note a connected piece.
+    Links by which the trips of a zone come from its node into the part, and those that lead from
+    the part to such a node, stay: a motorway from outside is entered and never reached. So do the
+    links of nodes that nobody may drive through. What falls out is listed, one note a piece.
     """
     ends = ends_of(network)
     if not len(ends.start):
@@ -37,7 +38,11 @@ def keep_largest_part(network: Network, notes: Notes) -> Network:
     passed = ~turns.banned & ~_closed(network)[ends.end[turns.before]]
     graph = _graph(turns.before[passed], turns.after[passed], len(ends.start))
     core = _largest(graph, _lane_length(network))
-    kept = core | _connectors(network, ends, core, turns)
+    if core.sum() == 1:  # a link alone is no part: nowhere does one come back to it
+        note = "no two links lead to one another: everything is kept"
+        notes.add("largest part", note, severity="warning")
+        return network
+    kept = core | _connectors(network, ends, core, turns) | _of_zones(network, ends, graph, core)
     if not kept.all():
         _note_what_fell_out(network, graph, core, ~kept, notes)
         network = without(network, ~kept)
@@ -54,8 +59,12 @@ def _closed(network: Network) -> Flags:
     return ~np.asarray(network.nodes["through_traffic"], dtype=bool)
 
 
-def _lane_length(network: Network) -> Any:
-    return numbers(network.links["length"]) * numbers(network.links["lanes"])
+def _lane_length(network: Network) -> Floats:
+    """Length of lanes, m; what a file does not say counts as 1."""
+    return np.asarray(
+        np.nan_to_num(numbers(network.links["length"]), nan=1.0)
+        * np.nan_to_num(numbers(network.links["lanes"]), nan=1.0)
+    )
 
 
 def _graph(before: Rows, after: Rows, links: int) -> Any:
@@ -66,7 +75,7 @@ def _graph(before: Rows, after: Rows, links: int) -> Any:
     return csr_array((ones, (before, after)), shape=(links, links))
 
 
-def _largest(graph: Any, weight: Any) -> Flags:
+def _largest(graph: Any, weight: Floats) -> Flags:
     """Links of the strongly connected part with the greatest weight."""
     from scipy.sparse.csgraph import connected_components
 
@@ -85,6 +94,40 @@ def _connectors(network: Network, ends: Ends, core: Flags, turns: Turns) -> Flag
     found[turns.before[into]] = True
     found[turns.after[out_of]] = True
     return found
+
+
+def _of_zones(network: Network, ends: Ends, graph: Any, core: Flags) -> Flags:
+    """Links on ways from nodes of zones into the core, and from the core to such nodes."""
+    origins, destinations = (_zones(network, name) for name in ("origin_of", "destination_of"))
+    against = graph.T.tocsr()
+    inward = _reached(graph, origins[ends.start]) & _reached(against, core)
+    outward = _reached(against, destinations[ends.end]) & _reached(graph, core)
+    return inward | outward
+
+
+def _zones(network: Network, name: str) -> Flags:
+    """Nodes at which trips of zones start (or end): as a column says, or all nodes of zones."""
+    column = network.nodes.get(name, network.nodes.get("zone_id"))
+    if column is None:
+        return np.zeros(len(network.nodes), dtype=bool)
+    return np.asarray(column.notna(), dtype=bool)
+
+
+def _reached(graph: Any, starts: Flags) -> Flags:
+    """Links that some lead to, themselves included."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import breadth_first_order
+
+    number = len(starts)
+    first = np.flatnonzero(starts)
+    rows = graph.tocoo()
+    before = np.concatenate([rows.coords[0], np.full(len(first), number)])
+    after = np.concatenate([rows.coords[1], first])
+    ones = np.ones(len(before), dtype=np.int8)
+    whole = csr_array((ones, (before, after)), shape=(number + 1, number + 1))
+    found = np.zeros(number + 1, dtype=bool)
+    found[breadth_first_order(whole, number, return_predecessors=False)] = True
+    return found[:number]
 
 
 def _note_what_fell_out(
@@ -118,11 +161,7 @@ def _note_what_fell_out(
 
 def _reasons(graph: Any, core: Flags) -> Any:
     """Of each link, whether the core leads to it, or it to the core, or neither."""
-    from scipy.sparse.csgraph import breadth_first_order
-
     why = np.full(len(core), ISLAND, dtype=object)
-    start = int(np.flatnonzero(core)[0])
     for direction, reason in ((graph, TRAP), (graph.T.tocsr(), SPRING)):
-        reached = breadth_first_order(direction, start, return_predecessors=False)
-        why[reached] = reason
+        why[_reached(direction, core)] = reason
     return why

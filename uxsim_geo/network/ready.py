@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 import pandas as pd
 
 from uxsim_geo.network.distortion import Side, compare, note_distortion, sample_nodes
@@ -54,9 +55,10 @@ def make_ready(
     if options.join:
         network = join_links(network, options.short_piece, notes)
     whole = network
+    ways = options.sampled_ways if _speeds_are_known(network, notes) else 0
     tell("junctions", 0.3)
     if options.merge_junctions:
-        limits = (options.sampled_ways, options.rounds)
+        limits = (ways, options.rounds)
         told = partial(_tell_part, tell)
         network = merge_within(network, options.junctions, limits, notes, told)
     if options.merge_junctions and options.join:
@@ -66,7 +68,7 @@ def make_ready(
     if options.largest_part:
         network = keep_largest_part(network, notes)
     tell("comparing", 0.9)
-    _judge(whole, network, options, notes)
+    _judge(whole, network, ways, notes)
     note_short_links(network, options.step, "after", notes)
     tell("done", 1.0)
     return replace(network, notes=_together(network.notes, notes.table()))
@@ -80,10 +82,19 @@ def _tell_part(tell: Progress, share: float) -> None:
     tell("junctions", 0.3 + 0.5 * share)
 
 
-def _judge(before: Network, after: Network, options: ReadyOptions, notes: Notes) -> None:
+def _speeds_are_known(network: Network, notes: Notes) -> bool:
+    """Whether every link has a length and a speed: without them no way can be measured."""
+    time = numbers(network.links["length"]) / numbers(network.links["free_speed"])
+    known = bool((np.isfinite(time) & (time > 0)).all())
+    if not known:
+        notes.add("distortion", "not measured: some links have no length or speed")
+    return known
+
+
+def _judge(before: Network, after: Network, ways: int, notes: Notes) -> None:
     """Compare ways with those before merging, from other origins than were looked at then."""
-    if options.sampled_ways and len(after.nodes):
-        sample = sample_nodes(before, after, options.sampled_ways, SEED)
+    if ways and len(after.nodes):
+        sample = sample_nodes(before, after, ways, SEED)
         note_distortion(compare(Side.of(before, sample), Side.of(after, sample)), notes)
 
 

@@ -29,7 +29,8 @@ class ReadyOptions:
     merge_junctions, junctions
         make one node of junctions of several nodes; what is taken for one
     u_turns
-        where turning back is banned: ``nowhere``, at ``signals``, at all ``junctions``
+        where turning back is banned: ``nowhere``, at ``signals``, at all ``junctions``; at
+        merged junctions it is open where a way round was there
     driving_side
         recorded: no step depends on it, since no geometry is made of roads with two sides
     sampled_ways
