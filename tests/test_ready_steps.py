@@ -254,6 +254,23 @@ def test_wrong_options_are_told(wrong: dict[str, object]) -> None:
         ReadyOptions(**wrong)  # type: ignore[arg-type]
 
 
+def test_tables_that_do_not_fit_together_are_told_of() -> None:
+    network = ring(street("b", "x"), bans=["b-x x-b"])
+    movements = pd.concat([network.movements, network.movements, network.movements])
+    movements["to_link_id"] = ["x-b", "nowhere", "c-d"]
+    with pytest.raises(InputError) as told:
+        make_ready(replace(network, movements=movements), ReadyOptions())
+    assert "1 row has links that are not in the links (row 2)" in str(told.value)
+    assert "1 row has links that do not lead to one another (row 3)" in str(told.value)
+    links = network.links
+    links.loc[0, "link_id"] = "b-c"
+    links.loc[1, "to_node_id"] = "q"
+    with pytest.raises(InputError) as told:
+        make_ready(network, ReadyOptions())
+    assert "the link_id of an earlier row (link_id b-c)" in str(told.value)
+    assert "a to_node_id that is not in the nodes" in str(told.value)
+
+
 def test_tables_keep_their_kind() -> None:
     network = keep_largest_part(ring(road("b", "x")), Notes())
     assert isinstance(network.links, geopandas.GeoDataFrame)

@@ -120,10 +120,10 @@ def junction_of(nodes: Rows, streets: Streets) -> Junction:
 
 
 def _check_long_bans(junction: Junction, streets: Streets) -> None:
-    for path in streets.long_bans.bans:
-        if junction.inner.isdisjoint(path) or junction.inner.issuperset(path[1:-1]):
-            continue
-        raise CannotMergeError("a ban over several links goes on outside")
+    for link in junction.inner & streets.long_bans.of_link.keys():
+        for path in streets.long_bans.of_link[link]:
+            if not junction.inner.issuperset(path[1:-1]):
+                raise CannotMergeError("a ban over several links goes on outside")
 
 
 def _walk(

@@ -22,10 +22,13 @@ class LongBans:
 
     states
         beginnings of bans, of two links and more
+    of_link
+        by link: the bans that name it
     """
 
     bans: frozenset[Path]
     states: frozenset[Path]
+    of_link: dict[int, list[Path]]
 
     @classmethod
     def of(cls, network: Network) -> LongBans:
@@ -33,7 +36,12 @@ class LongBans:
         row = {link_id: row for row, link_id in enumerate(network.links["link_id"])}
         paths = ban_paths(network.movements)
         bans = frozenset(tuple(row[name] for name in path) for path in paths if len(path) > 2)
-        return cls(bans, frozenset(ban[:size] for ban in bans for size in range(2, len(ban))))
+        of_link: dict[int, list[Path]] = {}
+        for ban in sorted(bans):
+            for link in ban:
+                of_link.setdefault(link, []).append(ban)
+        states = frozenset(ban[:size] for ban in bans for size in range(2, len(ban)))
+        return cls(bans, states, of_link)
 
     def onward(self, state: Path, link: int) -> Path | None:
         """The state on a link that one comes to from a state; None if a ban says no."""

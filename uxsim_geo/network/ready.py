@@ -20,6 +20,7 @@ from uxsim_geo.network.network import NOTE_COLUMNS, Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.projection import project
 from uxsim_geo.network.pruning import drop_undrivable
+from uxsim_geo.network.ready_check import check_ids
 from uxsim_geo.network.ready_options import ReadyOptions
 from uxsim_geo.network.rows import numbers
 from uxsim_geo.network.settling import merge_within
@@ -37,8 +38,10 @@ def make_ready(
 ) -> Network:
     """Take the steps that ``options`` ask for; their notes stand after those that are there.
 
-    ``progress`` is called with a word and the share done.
+    ``progress`` is called with a word and the share done. Raises
+    :class:`uxsim_geo.errors.InputError` if ids are missing, not unique or not known.
     """
+    check_ids(network)
     tell = progress or _silent
     notes = Notes()
     notes.add("driving side", "no step depends on it", value=options.driving_side)
