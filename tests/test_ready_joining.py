@@ -134,6 +134,12 @@ def test_a_ban_of_going_on_keeps_its_node_and_one_of_turning_back_goes() -> None
     assert "bans without a node" in set(notes.table()["topic"])
 
 
+def test_a_ban_of_going_on_after_certain_links_keeps_its_last_node() -> None:
+    network = joined(chain(bans=["a-b b-c c-d"]))
+    assert ids(network) == {"a-b+1", "c-b+1", "c-d", "d-c"}
+    assert banned(network) == {"a-b+1 c-d"}
+
+
 FORK = {**LINE, "e": (400.0, 100.0), "f": (400.0, -100.0), "s": (-100.0, 50.0), "t": (-100.0, -50)}
 
 

@@ -76,6 +76,15 @@ def test_lines_lead_to_the_middle() -> None:
     assert list(link(network, "2-n")["geometry"].coords) == [(0.0, 10.0), (0.0, 520.0)]
 
 
+def test_lines_do_not_run_past_the_middle_and_back() -> None:
+    """The corner at (-4, 4) is nearer to the middle than node 1 was, that at (-90, 5) is not."""
+    corners = [(-90.0, 5.0), (-4.0, 4.0)]
+    carriageways = [road("w1", "1", through=corners), *CARRIAGEWAYS[1:]]
+    network = merged(drawn(CROSSING, [*carriageways, *STREETS]))
+    line = list(link(network, "w1-1")["geometry"].coords)
+    assert line == [(-500.0, 0.0), (-90.0, 5.0), (0.0, 10.0)]
+
+
 def test_a_slow_way_through_slows_the_links_around() -> None:
     streets = [street("s", "1"), street("1", "2", free_speed=5.0), street("2", "n")]
     after = merged(drawn(CROSSING, [*CARRIAGEWAYS, *streets]))
@@ -177,6 +186,9 @@ def test_oneway_pieces_ban_the_turns_they_do_not_allow() -> None:
     network = merged(drawn(CROSSING, [*CARRIAGEWAYS, *streets]))
     closed = {"n-2 1-s", "n-2 1-e1", "e2-2 1-s", "e2-2 1-e1"}
     assert banned(network) == closed | {"s-1 1-s", "n-2 2-n"}
+    # to the north one comes over the piece between, to the south nobody does
+    for one, other in (("s-1", "1-s"), ("n-2", "2-n")):
+        assert link(network, one)["length"] == link(network, other)["length"]
     assert set(network.movements.columns) == {
         "node_id",
         "from_link_id",
