@@ -244,3 +244,14 @@ def test_what_was_merged_is_not_merged_again() -> None:
     twice = merged(once, JunctionSizes(link=600.0, extent=2000.0, error=1e6))
     assert twice.nodes.equals(once.nodes)
     assert twice.links.equals(once.links)
+
+
+def test_other_junctions_may_be_merged_later() -> None:
+    """A pair 10 m apart on the street to the north, then the crossing with its 20 m."""
+    places = {**CROSSING, "m": (0.0, 530.0), "x": (-300.0, 520.0), "y": (300.0, 530.0)}
+    roads = [*CARRIAGEWAYS, *STREETS, street("n", "m"), street("n", "x"), street("m", "y")]
+    once = merged(drawn(places, roads), JunctionSizes(link=12.0, error=25.0))
+    twice = merged(once)
+    found = twice.nodes.set_index("node_id")[["merged_node_ids", "merge_error"]].dropna()
+    assert found["merged_node_ids"].to_dict() == {"m": "m n", "1": "1 2"}
+    assert found.loc["m", "merge_error"] == once.nodes["merge_error"].dropna().item()

@@ -141,6 +141,22 @@ def test_the_result_can_be_simulated_and_is_told_of(seed: int) -> None:
         assert line.coords[-1] == points[ends.loc[link_id, "to_node_id"]].coords[0]
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_was_made_ready_can_be_made_ready_again(seed: int) -> None:
+    """Junctions that were merged stay, and ways far enough are still what they were."""
+    options = ReadyOptions(sampled_ways=2000)
+    once = make_ready(city(7, seed), options)
+    twice = make_ready(once, options)
+    check_network(replace(twice, movements=twice.movements[:0]))
+    if "merged_node_ids" in once.nodes:
+        merged = once.nodes.set_index("node_id")["merged_node_ids"].dropna()
+        again = twice.nodes.set_index("node_id")["merged_node_ids"].dropna()
+        kept = merged.index.intersection(again.index)
+        assert (merged[kept] == again[kept]).all()
+    changes = twice.notes[twice.notes["note"].str.contains("1 km and more: greatest change")]
+    assert (changes["value"].astype(float) < 0.05).all()
+
+
 def test_every_step_can_be_left_out() -> None:
     steps = ("project", "drop_undrivable", "largest_part", "join", "merge_junctions")
     options = ReadyOptions(**dict.fromkeys(steps, False), u_turns="nowhere", sampled_ways=0)

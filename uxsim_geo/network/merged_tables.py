@@ -35,7 +35,11 @@ def merged_network(network: Network, merged: list[Merged], streets: Streets) -> 
         inner[list(one.junction.inner)] = True
     nodes = _nodes(network.nodes, head, rank)
     error = {int(head[min(one.junction.nodes)]): one.additions.error for one in merged}
-    known = numbers(nodes["merge_error"]) if "merge_error" in nodes else np.full(len(nodes), np.nan)
+    known = (
+        numbers(nodes["merge_error"]).copy()
+        if "merge_error" in nodes
+        else np.full(len(nodes), np.nan)
+    )
     known[list(error)] = np.round(list(error.values()), 3)
     nodes["merge_error"] = known
     ids = network.nodes["node_id"].to_numpy()
