@@ -81,7 +81,7 @@ def drawn(
     movements = []
     for path in (ban.split() for ban in bans):
         between = " ".join(path[1:-1]) or None
-        movements.append((starts[path[-1]], path[0], path[-1], between))
+        movements.append((starts[path[1]], path[0], path[-1], between))
     columns = [*MOVEMENT_COLUMNS, "via_link_ids"]
     return Network(nodes, links, pd.DataFrame(movements, columns=columns, dtype="str"))
 

@@ -61,6 +61,8 @@ def join_links(
     groups = Groups.of(*places_in_chains(np.where(joined[ends.start], straight.previous, -1)))
     links = _links(network.links, groups, kind)
     movements, dropped = movements_of_joined(network, joined, groups.of_link, links["link_id"])
+    ends_at = dict(zip(links["link_id"], links["to_node_id"], strict=True))
+    movements["node_id"] = movements["from_link_id"].map(ends_at).astype("str")
     _note(network, links, groups, kind, notes)
     if dropped:
         note = "bans of turning back where no node is left: nothing turns there"

@@ -151,7 +151,7 @@ def _movements(
     own_rows = _rows_of_junctions(network, merged, said)
     old = movements.iloc[kept].copy()
     together = pd.concat([old, own_rows], ignore_index=True) if len(own_rows) else old
-    node = [head[streets.start[row[link_id]]] for link_id in together["to_link_id"]]
+    node = [head[streets.end[row[link_id]]] for link_id in together["from_link_id"]]
     ids = network.nodes["node_id"].to_numpy()
     together["node_id"] = pd.Series(ids[np.array(node, dtype=np.int64)], dtype="str")
     return together.reset_index(drop=True)
