@@ -84,7 +84,7 @@ def read_material(task: Task) -> Material:
         config=task.config,
         network=network,
         notes=pd.concat([network.notes, demand_notes], ignore_index=True),
-        result=simulate.read_result(task),
+        result=simulate.read_result(task, network),
     )
 
 

@@ -159,4 +159,4 @@ def _read_run(folder: RunFolder, manifest: Manifest, options: TableOptions) -> F
     figures = {name: stage.figures for name, stage in manifest.stages.items()}
     task = Task(config, folder, figures, Silence(), lambda: None)
     network = read_network(folder / ingest.NETWORK)
-    return FinishedRun(config, network, simulate.read_result(task), options)
+    return FinishedRun(config, network, simulate.read_result(task, network), options)

@@ -421,3 +421,17 @@ def test_names_of_nothing(finished: Path, capsys: pytest.CaptureFixture[str], na
     with pytest.raises(SystemExit):
         export(finished, "link_users", "--links", names)
     assert "names nothing between commas" in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+def test_a_run_in_which_nobody_drives_has_a_report_and_all_tables(tmp_path: Path) -> None:
+    late = CONFIG.replace("demand_period_s: 600", "demand_period_s: 10\n    start_s: 10000")
+    write_small_run(tmp_path, late.replace("  plots: []\n", ""))
+    assert run_small(tmp_path, "--quiet") == 0
+    run = tmp_path / "runs/small"
+    assert len(list((run / "plots").iterdir())) == 2
+    for table in TABLES:
+        assert export(run, table, *options_of(table, tmp_path)) == 0, table
+    assert pd.read_csv(run / "tables/od.csv")["vehicles_demanded"].tolist() == [100]
+    assert pd.read_csv(run / "tables/links.csv")["volume_veh"].tolist() == [0, 0, 0]
+    assert pd.read_csv(run / "tables/trip_routes.csv").empty
