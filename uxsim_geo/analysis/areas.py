@@ -13,8 +13,9 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.network_states import network_states
+from uxsim_geo.analysis.network_states import lane_lengths, states_of_part
 from uxsim_geo.analysis.od import od_of_groups
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.subsets import named_rows, node_rows
 from uxsim_geo.analysis.trips import trip_summary
 from uxsim_geo.analysis.types import Booleans
@@ -102,18 +103,17 @@ def area_states(states: pd.DataFrame, network: Network, areas: Areas) -> pd.Data
     :func:`uxsim_geo.analysis.network_states.network_states`.
 
     Raises :class:`uxsim_geo.errors.InputError` for an area that is empty or names a link that is
-    not among the states.
+    not among the states, or for states that are not a full grid of links and bins.
     """
-    known = states["link_id"].unique().astype(str)
-    link = states["link_id"].astype(str).to_numpy()
-    tables = []
-    for name, rows in _rows(areas, pd.Series(known)).items():
-        own = network_states(states[np.isin(link, known[rows])], network)
-        own.insert(0, "links", len(rows))
-        own.insert(0, "area", name)
-        tables.append(own)
+    grid = StateGrid.of(states)
+    rows = _rows(areas, grid.link_ids)
+    lanes_m = lane_lengths(grid, network)
+    tables = [states_of_part(grid, lanes_m, part) for part in rows.values()]
     table = pd.concat(tables, ignore_index=True)
-    return table.assign(area=pd.Categorical(table["area"], categories=list(areas)))
+    area = np.repeat(np.arange(len(rows)), len(grid.begin))
+    table.insert(0, "area", pd.Categorical.from_codes(area, categories=pd.Index(list(rows))))
+    table.insert(1, "links", np.repeat([len(part) for part in rows.values()], len(grid.begin)))
+    return table
 
 
 def area_pairs(result: Result, network: Network, areas: Areas) -> pd.DataFrame:
@@ -149,7 +149,7 @@ def _memberships(at: np.ndarray, areas: dict[str, np.ndarray]) -> Booleans:
     return np.stack(inside, axis=1)
 
 
-def _rows(areas: Areas, ids: pd.Series) -> dict[str, np.ndarray]:
+def _rows(areas: Areas, ids: pd.Series | pd.Index[str]) -> dict[str, np.ndarray]:
     """Rows of the elements of every area; raises with all that is not known."""
     faults = Faults()
     if not areas:

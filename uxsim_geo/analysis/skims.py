@@ -12,6 +12,7 @@ import pandas as pd
 from uxsim_geo.analysis.bins import bin_edges, bin_of
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.subsets import named_rows, names_of, node_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
@@ -175,14 +176,12 @@ def _times_by_slice(
     """Time to drive each link at its speed in each slice, s; shape (slices, links)."""
     if states is None:
         states = link_times(result, network, bin_s=edges)
-    begin = np.tile(edges[:-1], len(network.links))
-    if not np.array_equal(begin, states["begin_s"].to_numpy(float)):
+    grid = StateGrid.of_all(states, network)
+    if not np.array_equal(grid.begin, edges[:-1]):
         faults = Faults("states")
-        faults.add("must hold all links of the network in all bins of bin_s", column="begin_s")
+        faults.add("must be of the time bins of bin_s", column="begin_s")
         faults.raise_if_any()
-    times = states["instantaneous_travel_time"].to_numpy(float)
-    by_slice: Floats = times.reshape(len(network.links), -1).T
-    return by_slice
+    return grid.values("instantaneous_travel_time").T
 
 
 def _long_form(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.state_grid import StateGrid, check_all_links
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC
 from uxsim_geo.export.map_plane import round_below
@@ -35,8 +36,10 @@ def network_state_figure(
     ``totals`` comes from :func:`uxsim_geo.analysis.link_states.link_totals`; where its volume or
     its speed are those of something else, ``volume`` and ``period`` say of what. Each link stands
     to the right of its road, so that both directions show; the slowest lie on top. Raises
-    ValueError if the network has no geometry.
+    ValueError if the network has no geometry, and :class:`uxsim_geo.errors.InputError` unless the
+    totals are those of all its links.
     """
+    check_all_links(pd.Index(totals["link_id"].astype(str)), network, "totals")
     sheet = MapSheet.of(network, title)
     vehicles = totals["volume"].to_numpy(float)
     sheet.draw_roads(sheet.plane.lines[vehicles == 0])
@@ -54,8 +57,10 @@ def network_at_time_figure(
     """Map of the time bin in which ``time`` (s) lies, or of the last: width is vehicles on a link.
 
     ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. Raises ValueError if
-    the network has no geometry.
+    the network has no geometry, and :class:`uxsim_geo.errors.InputError` unless the states are
+    those of all its links in all bins.
     """
+    StateGrid.of_all(states, network)
     here = states[(states["begin_s"] <= time) & (time < states["end_s"])]
     if here.empty:
         here = states[states["end_s"] == states["end_s"].max()]
