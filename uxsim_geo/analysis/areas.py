@@ -111,7 +111,8 @@ def area_states(states: pd.DataFrame, network: Network, areas: Areas) -> pd.Data
     tables = [states_of_part(grid, lanes_m, part) for part in rows.values()]
     table = pd.concat(tables, ignore_index=True)
     area = np.repeat(np.arange(len(rows)), len(grid.begin))
-    table.insert(0, "area", pd.Categorical.from_codes(area, categories=pd.Index(list(rows))))
+    named = pd.Categorical.from_codes(area, categories=pd.Index(list(rows)))
+    table.insert(0, "area", pd.Series(named))
     table.insert(1, "links", np.repeat([len(part) for part in rows.values()], len(grid.begin)))
     return table
 
