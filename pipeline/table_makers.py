@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pipeline.config import Config
+    from pipeline.material import Material
     from uxsim_geo.analysis.observed import Comparison
-    from uxsim_geo.analysis.passages import Passages
     from uxsim_geo.analysis.selection import UserFlows
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
@@ -24,12 +24,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """What tables are made of."""
+    """What tables are made of: a run, and what somebody asks of it."""
 
-    config: Config
-    network: Network
-    result: Result
+    material: Material
     options: TableOptions
+
+    @property
+    def config(self) -> Config:
+        """As the run was told."""
+        return self.material.config
+
+    @property
+    def network(self) -> Network:
+        """Where it took place."""
+        return self.material.network
+
+    @property
+    def result(self) -> Result:
+        """What it left."""
+        return self.material.result
 
     @property
     def bin_s(self) -> float:
@@ -38,29 +51,19 @@ class FinishedRun:
         return self.config.report.bin_s if asked is None else asked
 
     @cached_property
-    def passages(self) -> Passages:
-        """All link entries."""
-        from uxsim_geo.analysis.passages import Passages
-
-        return Passages.of(self.result, self.network)
-
-    @cached_property
     def states(self) -> pd.DataFrame:
         """The links asked for, or all, in all bins, which must not be too many."""
-        from uxsim_geo.analysis.link_states import link_times
+        self.check_bins()
+        return self.material.states_in(self.bin_s, self.options.links)
 
-        check_bins(self)
-        links = self.options.links
-        return link_times(
-            self.result, self.network, bin_s=self.bin_s, links=links, passages=self.passages
-        )
+    def check_bins(self) -> None:
+        """Refuse a table of the links asked for in all bins that would have too many rows."""
+        from pipeline.material import faults_of_bins
 
-
-def check_bins(run: FinishedRun) -> None:
-    """Refuse a table of all links in all bins that would have too many rows."""
-    from pipeline.material import check_bins as check
-
-    check("--bin-s", run.bin_s, run.result.settings.duration, len(run.network.links))
+        asked, duration = self.options.links, self.result.settings.duration
+        links = len(self.network.links if asked is None else set(asked))
+        if faults := list(faults_of_bins("--bin-s", self.bin_s, duration, links)):
+            raise InputError(faults)
 
 
 def _summary(run: FinishedRun) -> pd.DataFrame:
@@ -211,10 +214,10 @@ def _cumulative(run: FinishedRun) -> pd.DataFrame:
     from uxsim_geo.analysis.cumulative import curves_of_passages
     from uxsim_geo.analysis.subsets import rows_of_links
 
-    check_bins(run)
+    run.check_bins()
     rows = rows_of_links(run.network, run.options.links)
     edges = bin_edges(run.result.settings.duration, run.bin_s)
-    curves = [curves_of_passages(run.passages, int(link), edges) for link in rows]
+    curves = [curves_of_passages(run.material.passages, int(link), edges) for link in rows]
     table = pd.concat(curves, ignore_index=True)
     ids = run.network.links["link_id"].astype(str).to_numpy()[rows]
     table.insert(0, "link_id", np.repeat(ids, len(edges)))

@@ -144,11 +144,10 @@ def _check_files(folder: RunFolder, stages: dict[str, StageRecord], faults: Faul
 def _read_run(folder: RunFolder, manifest: Manifest, options: TableOptions) -> FinishedRun:
     from pydantic import ValidationError
 
-    from pipeline import ingest, simulate
     from pipeline.config import Config
+    from pipeline.material import read_material
     from pipeline.progress import Silence
     from pipeline.stages import Task
-    from uxsim_geo.network.files import read_network
 
     try:
         # not from config.yaml, whose source files may be elsewhere by now
@@ -158,5 +157,4 @@ def _read_run(folder: RunFolder, manifest: Manifest, options: TableOptions) -> F
         raise InputError([Fault(what, str(folder.path))]) from None
     figures = {name: stage.figures for name, stage in manifest.stages.items()}
     task = Task(config, folder, figures, Silence(), lambda: None)
-    network = read_network(folder / ingest.NETWORK)
-    return FinishedRun(config, network, simulate.read_result(task, network), options)
+    return FinishedRun(read_material(task), options)

@@ -15,6 +15,7 @@ from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import checked_moments
 from uxsim_geo.analysis.subsets import check_links, named_rows
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
@@ -46,6 +47,12 @@ def cumulative_curves(
     leaves the simulation, or if the result is of another network.
     """
     check_links(result, network)
+    if not isinstance(link, str):
+        faults = Faults()
+        faults.add(
+            "must be one link_id: each link has curves of its own", column="link", value=link
+        )
+        faults.raise_if_any()
     known = pd.Index(network.links["link_id"].astype(str))
     (row,) = named_rows(link, known, "link")
     passages = Passages.of(result, network)

@@ -25,6 +25,7 @@ from uxsim_geo.analysis.pieces import Pieces, Stretches
 from uxsim_geo.analysis.spillback import times_without_room
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.subsets import chosen_vehicles, names_of, rows_of_links
+from uxsim_geo.analysis.table_size import MOST_STATES, check_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
@@ -79,11 +80,13 @@ def link_times(  # noqa: PLR0913 -- three ways to choose, by keyword alone
     volume_to_capacity
         flow / capacity of the link without control, the lower of the given one and the diagram's
 
-    Raises :class:`uxsim_geo.errors.InputError` for wrong bins, if ``links`` or ``vehicles`` are
-    empty or not there, or if the result is of another network.
+    Raises :class:`uxsim_geo.errors.InputError` for wrong bins, for a table of over 50 million rows,
+    if ``links`` or ``vehicles`` are empty or not there, or if the result is of another network.
     """
     edges = bin_edges(result.settings.duration, bin_s)
     rows = rows_of_links(network, links)
+    instead = "take longer bins or fewer links"
+    check_rows(len(rows) * (len(edges) - 1), MOST_STATES, "bin_s", instead)
     weight = chosen_vehicles(result.trips, vehicles).astype(float)
     if passages is None:
         passages = Passages.of(result, network)

@@ -14,13 +14,11 @@ from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.subsets import named_rows, names_of, node_rows
+from uxsim_geo.analysis.table_size import MOST_SKIMS, check_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
-
-#: rows of a table of skims; more would take several GB
-MOST_ROWS = 20_000_000
 
 
 def skims(
@@ -164,10 +162,7 @@ class _Paths:
 
 def _check_size(ends: tuple[Integers, Integers], edges: Floats) -> None:
     rows = len(ends[0]) * len(ends[1]) * (len(edges) - 1)
-    faults = Faults()
-    if rows > MOST_ROWS:
-        faults.add(f"makes {rows:,} rows: choose fewer nodes, or longer bins", column="nodes")
-    faults.raise_if_any()
+    check_rows(rows, MOST_SKIMS, "nodes", "choose fewer nodes, or longer bins")
 
 
 def _times_by_slice(

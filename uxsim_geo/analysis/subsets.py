@@ -33,9 +33,10 @@ def chosen_vehicles(trips: pd.DataFrame, vehicles: npt.ArrayLike | None) -> Bool
         what = "must hold rows of the trips, whole numbers"
         faults.add(what, column="vehicles", value=rows.dtype)
     else:
-        for row in np.unique(rows[(rows < 0) | (rows >= len(trips))]):
-            what = f"there is no such trip: they are 0 to {len(trips) - 1}"
-            faults.add(what, column="vehicles", value=row)
+        absent = np.unique(rows[(rows < 0) | (rows >= len(trips))])
+        if absent.size:
+            what = f"{absent.size:,} of them are no trips: those are 0 to {len(trips) - 1:,}"
+            faults.add(what, column="vehicles", value=", ".join(map(str, absent[:20])))
     faults.raise_if_any()
     chosen = np.zeros(len(trips), bool)
     chosen[rows] = True
@@ -48,9 +49,12 @@ def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> In
     ``argument`` is what the user calls the names, such as ``links``. Raises
     :class:`uxsim_geo.errors.InputError` if there are none, or with all that are not known.
     """
+    faults = Faults()
+    if not isinstance(names, Iterable):
+        faults.add("must be a name, or several", column=argument, value=names)
+    faults.raise_if_any()
     asked = list(dict.fromkeys([names] if isinstance(names, str) else names))
     rows = known.get_indexer(pd.Index(asked, dtype=object))
-    faults = Faults()
     if not asked:
         faults.add("is empty: name one at least", column=argument)
     for name, row in zip(asked, rows, strict=True):

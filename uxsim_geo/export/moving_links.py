@@ -9,7 +9,15 @@ import pandas as pd
 
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
-from uxsim_geo.export.film import MovingMap, Progress, add_clock, check_film, clock, write_film
+from uxsim_geo.export.film import (
+    MovingMap,
+    Progress,
+    add_clock,
+    check_film,
+    check_pictures,
+    clock,
+    write_film,
+)
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
 from uxsim_geo.network.network import Network
 
@@ -36,6 +44,7 @@ def animate_links(
 
     check_film(path, frame_ms)
     grid = StateGrid.of_all(states, network)
+    check_pictures(len(grid.begin), "bin_s", float(grid.end[0] - grid.begin[0]))
     sheet = MapSheet.of(network, "")
     roads = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
     sheet.draw_roads(roads)

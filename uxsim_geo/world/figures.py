@@ -151,7 +151,8 @@ class Figures(Sight):
         from uxsim_geo.export.plots import network_at_time_figure
 
         pictures.check_looks(looks)
-        time = self._result.settings.duration if t is None else _checked("t", t)
+        end = self._result.settings.duration
+        time = end if t is None else _checked("t", t, most=end)
         title = self.W.name or "network"
         figure = network_at_time_figure(self._network, self._states, time, title)
         return pictures.finish(self.W, figure, f"network{detailed}_{time:g}")
@@ -222,7 +223,7 @@ class Figures(Sight):
         pictures.check_looks(looks)
         path = self._path_of(file_name, "anim_network_fancy.gif")
         every = _checked("interval", interval, above=0.0) * self.W.DELTAT
-        ratio = _checked("sample_ratio", sample_ratio, above=0.0)
+        ratio = _checked("sample_ratio", sample_ratio, above=0.0, most=1.0)
         speed = _checked("animation_speed_inverse", animation_speed_inverse, above=0.0)
         samples = Samples.of(self._passages, every, self._result.settings.duration)
         frame_ms = speed * _checked("speed_coef", speed_coef, above=0.0)
@@ -344,10 +345,14 @@ class Figures(Sight):
         return path
 
 
-def _checked(name: str, value: float, *, above: float | None = None) -> float:
+def _checked(
+    name: str, value: float, *, above: float | None = None, most: float = float("inf")
+) -> float:
     """Return a number, 0 or more, or more than ``above``; raises InputError where it is none."""
     faults = Faults("picture")
     found = values.number(faults, name, value, above=above)
+    if not faults.found and found > most:
+        faults.add(f"must be {most:g} or less", column=name, value=value)
     faults.raise_if_any()
     return found
 
