@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,10 +24,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """What tables are made of: a run, and what somebody asks of it."""
+    """What tables are made of: a run, and what somebody asks of it.
+
+    notes
+        what to know of the table that is made
+    """
 
     material: Material
     options: TableOptions
+    notes: list[str] = field(default_factory=list)
 
     @property
     def config(self) -> Config:
@@ -155,16 +160,14 @@ def _area_states(run: FinishedRun) -> pd.DataFrame:
     from uxsim_geo.analysis.areas import area_states, links_in_polygons
     from uxsim_geo.export.units import in_peoples_units
 
-    areas = links_in_polygons(run.network, _polygons(run), "name")
-    states = area_states(run.states, run.network, _with_members(run, areas, "link"))
+    states = area_states(run.states, run.network, _areas(run, links_in_polygons, "link"))
     return in_peoples_units(states, per_lane=True)
 
 
 def _area_pairs(run: FinishedRun) -> pd.DataFrame:
     from uxsim_geo.analysis.areas import area_pairs, nodes_in_polygons
 
-    areas = nodes_in_polygons(run.network, _polygons(run), "name")
-    return area_pairs(run.result, run.network, _with_members(run, areas, "node"))
+    return area_pairs(run.result, run.network, _areas(run, nodes_in_polygons, "node"))
 
 
 def _polygons(run: FinishedRun) -> gpd.GeoDataFrame:
@@ -183,12 +186,22 @@ def _polygons(run: FinishedRun) -> gpd.GeoDataFrame:
     return polygons
 
 
-def _with_members(run: FinishedRun, areas: dict[str, list[str]], kind: str) -> dict[str, list[str]]:
-    """The areas that hold something; raises where none does."""
+def _areas(
+    run: FinishedRun, find: Callable[..., dict[str, list[str]]], kind: str
+) -> dict[str, list[str]]:
+    """The areas that hold something, others are noted; raises where none does."""
+    try:
+        areas = find(run.network, _polygons(run), "name")
+    except InputError as error:
+        source = f"--areas {run.options.areas}"
+        raise InputError([replace(fault, source=source) for fault in error.faults]) from None
     filled = {name: members for name, members in areas.items() if members}
     if not filled:
         what = f"--areas: no {kind} of the network lies in any of them; is their CRS right?"
         raise InputError([Fault(what, value=run.options.areas)])
+    empty = [name for name in areas if name not in filled]
+    if empty:
+        run.notes.append(f"no {kind} lies in {', '.join(empty)}: left out")
     return filled
 
 

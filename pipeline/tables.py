@@ -41,11 +41,12 @@ class Order:
 
 
 class Written(NamedTuple):
-    """The file that was made, and how large its table is."""
+    """The file that was made, how large its table is, and what to know of it."""
 
     path: Path
     rows: int
     columns: int
+    notes: tuple[str, ...]
 
 
 def export_table(order: Order) -> Written:
@@ -63,7 +64,8 @@ def export_table(order: Order) -> Written:
     _check_run(folder, manifest, faults)
     faults.raise_if_any()
     form = order.format or (order.out.suffix.lower()[1:] if order.out else "csv")
-    table = TABLES[order.table].make(_read_run(folder, manifest, order.options))
+    run = _read_run(folder, manifest, order.options)
+    table = TABLES[order.table].make(run)
     path = order.out or folder / FOLDER / f"{order.table}.{form}"
     try:
         if order.out is None:
@@ -72,7 +74,7 @@ def export_table(order: Order) -> Written:
     except (PermissionError, FileExistsError, NotADirectoryError) as error:
         what = f"cannot be written ({error.strerror}); choose another --out"
         raise InputError([Fault(what, str(path))]) from None
-    return Written(path, *table.shape)
+    return Written(path, *table.shape, tuple(run.notes))
 
 
 def _check_table(order: Order, faults: Faults) -> None:

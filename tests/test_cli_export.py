@@ -9,6 +9,7 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+import pyogrio
 import pytest
 from shapely.geometry import box
 from small_run import CONFIG, run_small, write_small_run
@@ -413,7 +414,19 @@ def test_areas_that_cannot_be_used(
     assert "no link of the network lies in any" in capsys.readouterr().err
     far.rename(columns={"name": "area"}).to_file(tmp_path / "unnamed.gpkg")
     assert export(finished, "area_states", "--areas", str(tmp_path / "unnamed.gpkg")) == 2
-    assert "there is no such column; there are area" in capsys.readouterr().err
+    shown = capsys.readouterr().err
+    assert "there is no such column; there are area" in shown
+    assert f"--areas {tmp_path / 'unnamed.gpkg'}, column name" in shown
+    pyogrio.write_dataframe(pd.DataFrame({"name": ["a"]}), tmp_path / "bare.gpkg")
+    assert export(finished, "area_states", "--areas", str(tmp_path / "bare.gpkg")) == 2
+    assert "have no geometry" in capsys.readouterr().err
+    some = gpd.GeoDataFrame(
+        {"name": ["here", "far"]}, geometry=[box(-100, -100, 1600, 100), box(9e5, 9e5, 1e6, 1e6)]
+    )
+    some.to_file(tmp_path / "some.gpkg")
+    table = exported(finished, "area_states", "--areas", str(tmp_path / "some.gpkg"))
+    assert set(table["area"]) == {"here"}
+    assert capsys.readouterr().err == "note: no link lies in far: left out\n"
 
 
 @pytest.mark.parametrize("names", ["", ",", "a,,b"])
