@@ -204,7 +204,10 @@ def _states_of_links(material: Material, entry: PlotEntry) -> Figure:
         passages=material.passages,
     )
     links = list(entry.links)
-    figure = space_time_states_figure(material.network, cells, links, entry.state)
+    tau = material.result.settings.reaction_time
+    figure = space_time_states_figure(
+        material.network, cells, links, entry.state, reaction_time=tau
+    )
     return _with_reds(figure, material, entry)
 
 
@@ -245,7 +248,10 @@ def _fundamental_diagram(material: Material, entry: PlotEntry) -> Figure:
 def _travel_times(material: Material, entry: PlotEntry) -> Figure:  # noqa: ARG001
     from uxsim_geo.export.travel_times import travel_times_figure
 
-    return travel_times_figure(material.result.trips, material.config.name)
+    result = material.result
+    return travel_times_figure(
+        result.trips, material.config.name, duration=result.settings.duration
+    )
 
 
 def _desire_lines(material: Material, entry: PlotEntry) -> Figure:

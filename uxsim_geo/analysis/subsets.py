@@ -6,7 +6,7 @@ class, ``np.flatnonzero(result.trips["class"] == "truck")``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -64,8 +64,21 @@ def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> In
     return np.sort(rows).astype(np.int64)
 
 
+def rows_in_order(network: Network, links: Sequence[str]) -> Integers:
+    """Rows of the links table of some link_ids, one for each, in the order in which they are given.
+
+    Raises :class:`uxsim_geo.errors.InputError` if there are none, or with all that are not there.
+    """
+    known = pd.Index(network.links["link_id"].astype(str))
+    named_rows(links, known, "links")
+    return known.get_indexer(pd.Index(links, dtype=object)).astype(np.int64)
+
+
 def rows_of_links(network: Network, links: str | Iterable[str] | None) -> Integers:
-    """Rows of the links table of some link_ids (None: all), ascending; errors as there."""
+    """Rows of the links table of some link_ids (None: all), ascending and once each.
+
+    Errors as of :func:`named_rows`.
+    """
     if links is None:
         return np.arange(len(network.links))
     return named_rows(links, pd.Index(network.links["link_id"].astype(str)), "links")

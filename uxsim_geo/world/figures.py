@@ -256,7 +256,8 @@ class Figures(Sight):
         """Draw how the travel times of those who have arrived are distributed."""
         from uxsim_geo.export.travel_times import travel_times_figure
 
-        figure = travel_times_figure(self._result.trips, self.W.name or "network")
+        title, duration = self.W.name or "network", self._result.settings.duration
+        figure = travel_times_figure(self._result.trips, title, duration=duration)
         return pictures.finish(self.W, figure, "travel_times")
 
     def fundamental_diagram(self, links: AnyLink | Iterable[AnyLink]) -> Figure:
@@ -305,7 +306,10 @@ class Figures(Sight):
                 links=names,
                 passages=self._passages,
             )
-            figure = space_time_states_figure(self._network, cells, names, state, figsize)
+            tau = self._result.settings.reaction_time
+            figure = space_time_states_figure(
+                self._network, cells, names, state, figsize, reaction_time=tau
+            )
             figures.append(self._finish_diagram(figure, route, f"tsd_{SHORT[state]}", look))
         return figures
 
