@@ -50,16 +50,15 @@ def space_time_cells(  # noqa: PLR0913 -- what to look at, and how finely, by ke
     where its first vehicle is; standing at the border of two cells it is in the second.
 
     Raises :class:`uxsim_geo.errors.InputError` for wrong bins or cells, for a table of over 20
-    million rows, if ``links`` or ``vehicles`` are empty or not there, or if the result is of
-    another network.
+    million rows, if ``links`` or ``vehicles`` are empty or not there, if ``passages`` are those of
+    another result, or if the result is of another network.
     """
     edges = bin_edges(result.settings.duration, bin_s)
     rows = rows_of_links(network, links)
     length = network.links["length"].to_numpy(float)[rows]
     parts = _parts(length, cell_m, len(edges) - 1)
     chosen = chosen_vehicles(result.trips, vehicles)
-    if passages is None:
-        passages = Passages.of(result, network)
+    passages = Passages.at_hand(passages, result, network)
     first = np.cumsum(parts) - parts
     total = np.zeros((2, int(parts.sum()) * (len(edges) - 1)))
     for some in _blocks(passages, rows, parts):

@@ -64,6 +64,11 @@ def curves_of_passages(
     passages: Passages, link: int, moments: Floats | None = None
 ) -> pd.DataFrame:
     """The table of :func:`cumulative_curves` of the link in row ``link`` of the links table."""
+    return pd.DataFrame(curves_at(passages, link, moments))
+
+
+def curves_at(passages: Passages, link: int, moments: Floats | None = None) -> dict[str, Floats]:
+    """The columns of :func:`curves_of_passages`."""
     own = slice(passages.first[link], passages.first[link + 1])
     vehicles, enter, leave = passages.vehicles[own], passages.enter[own], passages.exit[own]
     free = enter + passages.geometry.length[link] / passages.free_speed[own]
@@ -74,7 +79,7 @@ def curves_of_passages(
         moments = moments[moments <= passages.end]
     curves = {name: _curve(times, vehicles, moments) for name, times in rises.items()}
     queue = curves["virtual_departures"] - curves["exits"]
-    return pd.DataFrame({"time_s": moments} | curves | {"queue": queue})
+    return {"time_s": moments} | curves | {"queue": queue}
 
 
 def _curve(rises: Floats, vehicles: Floats, moments: Floats) -> Floats:

@@ -81,15 +81,15 @@ def link_times(  # noqa: PLR0913 -- three ways to choose, by keyword alone
         flow / capacity of the link without control, the lower of the given one and the diagram's
 
     Raises :class:`uxsim_geo.errors.InputError` for wrong bins, for a table of over 50 million rows,
-    if ``links`` or ``vehicles`` are empty or not there, or if the result is of another network.
+    if ``links`` or ``vehicles`` are empty or not there, if ``passages`` are those of another
+    result, or if the result is of another network.
     """
     edges = bin_edges(result.settings.duration, bin_s)
     rows = rows_of_links(network, links)
     instead = "take longer bins or fewer links"
     check_rows(len(rows) * (len(edges) - 1), MOST_STATES, "bin_s", instead)
     weight = chosen_vehicles(result.trips, vehicles).astype(float)
-    if passages is None:
-        passages = Passages.of(result, network)
+    passages = Passages.at_hand(passages, result, network)
     number = np.full(len(network.links), -1, np.int64)
     number[rows] = np.arange(len(rows))
     grid = _Grid(number, len(rows), edges)

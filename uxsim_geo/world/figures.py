@@ -51,7 +51,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the trajectories on each of some links, or of all."""
-        return self._routes([[link] for link in self._links(links)], figsize, Look(**look))
+        return self._routes([[link] for link in self._links(links, least=1)], figsize, Look(**look))
 
     def time_space_diagram_traj_links(
         self,
@@ -73,7 +73,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the density by time and place of each of some links, or of all."""
-        routes = [[link] for link in self._links(links)]
+        routes = [[link] for link in self._links(links, least=1)]
         return self._states_of_routes(routes, "density", figsize, Look(**look))
 
     def time_space_diagram_flow(
@@ -83,7 +83,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the flow by time and place of each of some links, or of all."""
-        routes = [[link] for link in self._links(links)]
+        routes = [[link] for link in self._links(links, least=1)]
         return self._states_of_routes(routes, "flow", figsize, Look(**look))
 
     def time_space_diagram_speed(
@@ -93,7 +93,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the speed by time and place of each of some links, or of all."""
-        routes = [[link] for link in self._links(links)]
+        routes = [[link] for link in self._links(links, least=1)]
         return self._states_of_routes(routes, "speed", figsize, Look(**look))
 
     def time_space_diagram_state_links(
@@ -122,7 +122,7 @@ class Figures(Sight):
                 cumulative_figure(self._network, self._passages, link.name, duration, figsize),
                 f"cumulative_curves_{link.name}",
             )
-            for link in self._links(links)
+            for link in self._links(links, least=1)
         ]
 
     def macroscopic_fundamental_diagram(
