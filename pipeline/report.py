@@ -70,7 +70,7 @@ def _in_words(error: Exception) -> list[str]:
     """What went wrong, a line each: as it was meant for the reader, else after the type's name."""
     if isinstance(error, InputError):
         return [str(fault) for fault in error.faults]
-    if isinstance(error, (ValueError, RuntimeError)):
+    if isinstance(error, (ValueError, RuntimeError)) and str(error):
         return [str(error)]
     return [f"{type(error).__name__}: {error}"]
 
