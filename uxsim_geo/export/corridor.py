@@ -50,6 +50,7 @@ def draw_reds(figure: Figure, lengths: Floats, reds: Sequence[Reds]) -> None:
 def note_nobody(axes: Axes) -> None:
     """Say in the middle of empty axes that they are so because nobody drove."""
     style: dict[str, Any] = {"ha": "center", "va": "center", "color": "#5f5f5f", "zorder": 4}
+    style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 2.0}
     axes.text(0.5, 0.5, "nobody drove", transform=axes.transAxes, **style)
 
 

@@ -74,7 +74,7 @@ def travel_times_figure(
 
 def _edges(minutes: Floats) -> Floats:
     """Edges of the bars, min: multiples of a round number, up to the longest time."""
-    longest = max(float(minutes.max(initial=0.0)), 1e-3)
+    longest = max(float(minutes.max(initial=0.0)), 1e-3) if minutes.size else 1.0
     width = round_below(longest / BARS)
     edges: Floats = np.arange(int(np.ceil(longest / width * (1 + 1e-12))) + 1) * np.float64(width)
     return edges
