@@ -210,5 +210,7 @@ def _export(options: argparse.Namespace) -> int:
     asked = TableOptions(**{key.name: getattr(options, key.name) for key in fields(TableOptions)})
     order = Order(options.path, options.table, options.out, options.format, asked)
     written = export_table(order)
+    for note in written.notes:
+        show(f"note: {note}", sys.stderr)
     show(f"{written.path}: {written.rows:,} rows, {written.columns} columns", sys.stdout)
     return DONE

@@ -126,7 +126,8 @@ class ReportSection(LocatedSection):
 
     @model_validator(mode="after")
     def _files_differ(self) -> Self:
-        names = [entry.file_name for entry in self.plots]
+        # many file systems take a.png and A.png for one file
+        names = [entry.file_name.casefold() for entry in self.plots]
         for name in sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"plots: two of them make {name}; give one of them a file")
         return self

@@ -78,6 +78,11 @@ def read_sources(
     from uxsim_geo.network.overrides import apply_overrides
 
     network = NETWORKS[section.format](section, progress)
+    if section.steps is not None:
+        from uxsim_geo.network.ready import make_ready
+
+        side = section.osm.driving_side if section.osm is not None else "right"
+        network = make_ready(network, section.steps.options(side), progress=progress)
     faults: list[Fault] = []
     demands: list[Demand] = []
     for read in (_tntp_trips, _demand_beside, _other_demand):

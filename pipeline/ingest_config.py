@@ -15,6 +15,7 @@ from pipeline.ingest_config_formats import (
     TablesSection,
     UxsimCsvSection,
 )
+from pipeline.ready_config import ReadySection
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.network.tntp_options import (
     CapacityFrom,
@@ -99,6 +100,11 @@ class IngestSection(Section):
     tables: TablesSection | None = Field(None, description="section: any file of lines")
     demand: tuple[DemandEntry, ...] = Field(
         (), strict=False, description="trips of other sources than TNTP files"
+    )
+    ready: ReadySection | Literal[False] | None = Field(
+        None,
+        description="section: steps that make the network ready to be simulated; none given: all "
+        "of them for osm, none for other formats; false: none",
     )
     signals: Literal["assumed", "none"] = Field(
         "assumed",
@@ -185,6 +191,13 @@ class IngestSection(Section):
             raise ValueError("has no trips: give demand, or with TNTP files trips")
         self.network_options()
         return self
+
+    @property
+    def steps(self) -> ReadySection | None:
+        """The steps to take with the network; None: none."""
+        if self.ready is None:
+            return ReadySection() if self.format == "osm" else None
+        return self.ready or None
 
     def network_options(self) -> TntpOptions:
         """Return what the reader of TNTP networks is told."""

@@ -1,8 +1,8 @@
-"""What a report is made of: the tables of a run, and what follows from them once for all."""
+"""What a report and tables are made of: the tables of a run, and what follows from them once."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline import ingest, simulate
 from pipeline.config import Config
 from pipeline.stages import Task
+from uxsim_geo.analysis.table_size import MOST_BINS, MOST_STATES, shortest_step
 from uxsim_geo.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -19,13 +20,10 @@ if TYPE_CHECKING:
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
 
-#: links times time bins; more would take over 10 GB of memory
-MOST_STATES = 50_000_000
-
 
 @dataclass(frozen=True)
 class Material:
-    """What the outputs are made of.
+    """A simulated run.
 
     notes
         of the import, network and demand together
@@ -55,17 +53,19 @@ class Material:
 
         return summary(self.result, self.network)
 
-    def states_in(self, bin_s: float) -> pd.DataFrame:
-        """All links in time bins: :func:`uxsim_geo.analysis.link_states.link_times`."""
+    def states_in(self, bin_s: float, links: tuple[str, ...] | None = None) -> pd.DataFrame:
+        """Links, or all, in time bins: :func:`uxsim_geo.analysis.link_states.link_times`."""
         from uxsim_geo.analysis.link_states import link_times
 
-        return link_times(self.result, self.network, bin_s=bin_s, passages=self.passages)
+        return link_times(
+            self.result, self.network, bin_s=bin_s, links=links, passages=self.passages
+        )
 
 
 def read_material(task: Task) -> Material:
     """Read the tables that ingestion and simulation left in the run's folder.
 
-    Raises :class:`uxsim_geo.errors.InputError` for time bins that are too short.
+    Raises :class:`uxsim_geo.errors.InputError` for files that are absent or damaged.
     """
     import pandas as pd
 
@@ -73,24 +73,34 @@ def read_material(task: Task) -> Material:
     from uxsim_geo.parquet import read_tables
 
     network = read_network(task.folder / ingest.NETWORK)
-    bins = {"report.bin_s": task.config.report.bin_s}
-    for number, entry in enumerate(task.config.report.plots):
-        if entry.bin_s is not None:
-            bins[f"report.plots[{number}].bin_s"] = entry.bin_s
-    for key, bin_s in bins.items():
-        check_bins(key, bin_s, task.config.simulate.duration_s, len(network.links))
     (demand_notes,) = read_tables(task.folder / ingest.DEMAND_NOTES)
     return Material(
         config=task.config,
         network=network,
         notes=pd.concat([network.notes, demand_notes], ignore_index=True),
-        result=simulate.read_result(task),
+        result=simulate.read_result(task, network),
     )
 
 
-def check_bins(key: str, bin_s: float, duration: float, links: int) -> None:
-    """Refuse time bins so short that the computer would choke on their number."""
-    shortest = duration * links / MOST_STATES
-    if bin_s < shortest:
-        what = f"{key}: too short for {links:,} links; take {math.ceil(shortest)} s or more"
-        raise InputError([Fault(what, value=bin_s)])
+def check_bins_of_report(config: Config, links: int) -> None:
+    """Refuse time bins of a report, and of its plots, that are too short for so many links."""
+    bins = {"report.bin_s": config.report.bin_s}
+    for number, entry in enumerate(config.report.plots):
+        # the cells of a corridor are counted where they are cut
+        if entry.bin_s is not None and entry.plot != "time_space_diagram_state_links":
+            bins[f"report.plots[{number}].bin_s"] = entry.bin_s
+    faults: list[Fault] = []
+    for key, bin_s in bins.items():
+        faults += faults_of_bins(key, bin_s, config.simulate.duration_s, links)
+    if faults:
+        raise InputError(faults)
+
+
+def faults_of_bins(key: str, bin_s: float, duration: float, links: int) -> Iterator[Fault]:
+    """What is wrong with time bins so short that the computer would choke on their number."""
+    most = min(MOST_BINS, max(MOST_STATES // max(links, 1), 1))
+    if duration / bin_s > most:
+        shortest = shortest_step(duration, most)
+        yield Fault(
+            f"{key}: too short for {links:,} links; take {shortest:g} s or more", value=bin_s
+        )

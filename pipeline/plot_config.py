@@ -110,7 +110,9 @@ class PlotEntry(Section):
     trail: int = Field(
         6, ge=0, description="of `network_fancy`: pictures over which the way of a vehicle fades"
     )
-    frame_ms: float = Field(100.0, gt=0, description="of films: how long a picture is seen, ms")
+    frame_ms: float = Field(
+        100.0, ge=10, description="of films: how long a picture is seen, ms; 10 or more"
+    )
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:

@@ -42,15 +42,17 @@ def check_plots(config: Config, network: Network) -> None:
     for number, entry in enumerate(config.report.plots):
         place = ("report", "plots", number)
         told = f"{place_in_words(place)} ({entry.plot})"
-        for what, value in _faults(entry, network, config.simulate.duration_s):
+        for what, value in _faults(entry, network, config):
             faults.append(Fault(f"{told}: {what}", *config.report.origin(place), value=value))
     if faults:
         raise InputError(faults)
 
 
-def _faults(entry: PlotEntry, network: Network, duration: float) -> Iterator[tuple[str, object]]:
+def _faults(entry: PlotEntry, network: Network, config: Config) -> Iterator[tuple[str, object]]:
     """What a plot asks for in vain, and the value that says so."""
+    duration = config.simulate.duration_s
     yield from _faults_of_links(entry, network)
+    yield from _faults_of_number(entry, network, config)
     if entry.time_s is not None and entry.time_s > duration:
         yield f"time_s: is after the end of the simulation, {duration:g} s", entry.time_s
     if entry.plot in MAPS and "geometry" not in network.links.columns:
@@ -73,6 +75,48 @@ def _faults_of_links(entry: PlotEntry, network: Network) -> Iterator[tuple[str, 
         if ends != begins:
             what = f"links: begins at node {begins}, the one before it ends at {ends}"
             yield what, str(links["link_id"].iloc[after])
+
+
+def _faults_of_number(
+    entry: PlotEntry, network: Network, config: Config
+) -> Iterator[tuple[str, object]]:
+    """What would be too many links, cells or pictures."""
+    from uxsim_geo.analysis.table_size import MOST_CELLS
+    from uxsim_geo.export.fundamental_diagram import MOST_LINKS
+
+    duration = config.simulate.duration_s
+    bin_s = entry.bin_s or config.report.bin_s
+    if entry.plot == "fundamental_diagram" and len(entry.links) > MOST_LINKS:
+        yield f"links: at most {MOST_LINKS} can be told apart", len(entry.links)
+    if entry.plot == "time_space_diagram_state_links":
+        own = network.links["link_id"].astype(str).isin(entry.links)
+        cells = -(-network.links.loc[own, "length"] // entry.cell_m)
+        if float(cells.sum()) * duration / bin_s > MOST_CELLS:
+            what = f"cell_m: makes more than {MOST_CELLS:,} cells; take longer ones or longer bins"
+            yield what, entry.cell_m
+    if entry.plot == "network_anim":
+        yield from _faults_of_film("bin_s", bin_s, duration)
+    if entry.plot == "network_fancy":
+        yield from _faults_of_film("interval_s", _interval(entry, config), duration)
+
+
+def _faults_of_film(key: str, interval: float, duration: float) -> Iterator[tuple[str, object]]:
+    from uxsim_geo.analysis.table_size import shortest_step
+    from uxsim_geo.export.film import MOST_PICTURES
+
+    if duration / interval > MOST_PICTURES:
+        shortest = shortest_step(duration, MOST_PICTURES)
+        what = f"{key}: makes more than {MOST_PICTURES:,} pictures; take {shortest:g} s or more"
+        yield what, interval
+    elif key == "interval_s" and interval > duration:
+        yield f"{key}: is longer than the simulation, {duration:g} s", interval
+
+
+def _interval(entry: PlotEntry, config: Config) -> float:
+    """Between two pictures of vehicles, s: of a short run no more than the run."""
+    simulated = config.simulate
+    usual = 5 * simulated.reaction_time_s * simulated.platoon_size
+    return entry.interval_s or min(usual, simulated.duration_s)
 
 
 def _faults_of_region(region: ChosenLinks, network: Network) -> Iterator[tuple[str, object]]:
@@ -160,7 +204,10 @@ def _states_of_links(material: Material, entry: PlotEntry) -> Figure:
         passages=material.passages,
     )
     links = list(entry.links)
-    figure = space_time_states_figure(material.network, cells, links, entry.state)
+    tau = material.result.settings.reaction_time
+    figure = space_time_states_figure(
+        material.network, cells, links, entry.state, reaction_time=tau
+    )
     return _with_reds(figure, material, entry)
 
 
@@ -201,7 +248,10 @@ def _fundamental_diagram(material: Material, entry: PlotEntry) -> Figure:
 def _travel_times(material: Material, entry: PlotEntry) -> Figure:  # noqa: ARG001
     from uxsim_geo.export.travel_times import travel_times_figure
 
-    return travel_times_figure(material.result.trips, material.config.name)
+    result = material.result
+    return travel_times_figure(
+        result.trips, material.config.name, duration=result.settings.duration
+    )
 
 
 def _desire_lines(material: Material, entry: PlotEntry) -> Figure:
@@ -223,9 +273,8 @@ def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: P
     from uxsim_geo.analysis.samples import Samples
     from uxsim_geo.export.moving_vehicles import animate_vehicles
 
-    settings = material.result.settings
-    interval = entry.interval_s or 5 * settings.step
-    samples = Samples.of(material.passages, interval, settings.duration)
+    duration = material.result.settings.duration
+    samples = Samples.of(material.passages, _interval(entry, material.config), duration)
     animate_vehicles(
         material.network,
         material.passages,

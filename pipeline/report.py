@@ -11,10 +11,11 @@ from pathlib import Path
 from pipeline import ingest, simulate
 from pipeline.config import Config, Output
 from pipeline.config_keys import files_in
-from pipeline.material import Material, read_material
+from pipeline.material import Material, check_bins_of_report, read_material
 from pipeline.plots import FOLDER, check_plots, write_plot
 from pipeline.runs import RunFolder
 from pipeline.stages import Outcome, Stage, Task
+from uxsim_geo.errors import InputError
 from uxsim_geo.files import replace_when_complete
 
 SUMMARY = "summary.json"
@@ -32,6 +33,7 @@ def _run(task: Task) -> Outcome:
     """Write everything that can be written, also where something else fails."""
     material = read_material(task)
     plots = task.config.report.plots
+    check_bins_of_report(task.config, len(material.network.links))
     check_plots(task.config, material.network)
     task.begin_writing()
     _write_summary(material, task.folder / SUMMARY)
@@ -43,8 +45,7 @@ def _run(task: Task) -> Outcome:
             write(task.folder / name)
             written.append(name)
         except Exception as error:  # noqa: BLE001  told below, and the command fails by it
-            what = str(error) if isinstance(error, RuntimeError) else f"{error!r}"
-            problems.append(f"{name} could not be written: {what}")
+            problems += [f"{name} could not be written: {what}" for what in _in_words(error)]
             task.folder.log("".join(traceback.format_exception(error)))
     return Outcome(written, ", ".join(written), problems=problems)
 
@@ -63,6 +64,15 @@ def _writers(task: Task, material: Material) -> dict[str, Callable[[Path], None]
         name = f"{FOLDER}/{entry.file_name}"
         writers[name] = partial(write_plot, material, entry, progress=progress)
     return writers
+
+
+def _in_words(error: Exception) -> list[str]:
+    """What went wrong, a line each: as it was meant for the reader, else after the type's name."""
+    if isinstance(error, InputError):
+        return [str(fault) for fault in error.faults]
+    if isinstance(error, (ValueError, RuntimeError)) and str(error):
+        return [str(error)]
+    return [f"{type(error).__name__}: {error}"]
 
 
 def _write_summary(material: Material, path: Path) -> None:

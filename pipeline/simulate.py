@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +17,9 @@ from pipeline.stages import Outcome, Stage, Task
 from uxsim_geo.errors import InputError
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
 
 EVENTS = "events.parquet"
@@ -81,8 +85,8 @@ def _simulated(task: Task) -> Result:
         raise InputError(as_written(error.faults, section)) from None
 
 
-def read_result(task: Task) -> Result:
-    """Read back what the simulation left.
+def read_result(task: Task, network: Network) -> Result:
+    """Read back what the simulation of a network left.
 
     Raises :class:`uxsim_geo.errors.InputError` for files that are absent or damaged.
     """
@@ -91,10 +95,23 @@ def read_result(task: Task) -> Result:
 
     paths = (task.folder / name for name in tables_of(task.folder))
     events, trips, *limits = read_tables(*paths)
+    events = _with_categories(events, {"link": network.links["link_id"]})
+    ends = dict.fromkeys(("origin", "destination"), network.nodes["node_id"])
+    trips = _with_categories(trips, ends)
     figures = dict(task.figures[STAGE.name])
     notes = tuple(figures.pop("ineffective_measures"))
     result = Result(events, trips, task.config.simulate.settings(), **figures, notes=notes)
     return replace(result, speed_limits=limits[0]) if limits else result
+
+
+def _with_categories(table: pd.DataFrame, ids: Mapping[str, Iterable[str]]) -> pd.DataFrame:
+    """Give columns of a table without rows their categories back: Parquet has forgotten them."""
+    import pandas as pd
+
+    if len(table):
+        return table
+    lost = {name: pd.Categorical([], categories=list(map(str, of))) for name, of in ids.items()}
+    return table.assign(**lost)
 
 
 def tables_of(folder: RunFolder) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pipeline.config import Config
+    from pipeline.material import Material
     from uxsim_geo.analysis.observed import Comparison
-    from uxsim_geo.analysis.passages import Passages
     from uxsim_geo.analysis.selection import UserFlows
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
@@ -24,12 +24,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """What tables are made of."""
+    """What tables are made of: a run, and what somebody asks of it.
 
-    config: Config
-    network: Network
-    result: Result
+    notes
+        what to know of the table that is made
+    """
+
+    material: Material
     options: TableOptions
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def config(self) -> Config:
+        """As the run was told."""
+        return self.material.config
+
+    @property
+    def network(self) -> Network:
+        """Where it took place."""
+        return self.material.network
+
+    @property
+    def result(self) -> Result:
+        """What it left."""
+        return self.material.result
 
     @property
     def bin_s(self) -> float:
@@ -38,29 +56,19 @@ class FinishedRun:
         return self.config.report.bin_s if asked is None else asked
 
     @cached_property
-    def passages(self) -> Passages:
-        """All link entries."""
-        from uxsim_geo.analysis.passages import Passages
-
-        return Passages.of(self.result, self.network)
-
-    @cached_property
     def states(self) -> pd.DataFrame:
         """The links asked for, or all, in all bins, which must not be too many."""
-        from uxsim_geo.analysis.link_states import link_times
+        self.check_bins()
+        return self.material.states_in(self.bin_s, self.options.links)
 
-        check_bins(self)
-        links = self.options.links
-        return link_times(
-            self.result, self.network, bin_s=self.bin_s, links=links, passages=self.passages
-        )
+    def check_bins(self) -> None:
+        """Refuse a table of the links asked for in all bins that would have too many rows."""
+        from pipeline.material import faults_of_bins
 
-
-def check_bins(run: FinishedRun) -> None:
-    """Refuse a table of all links in all bins that would have too many rows."""
-    from pipeline.material import check_bins as check
-
-    check("--bin-s", run.bin_s, run.result.settings.duration, len(run.network.links))
+        asked, duration = self.options.links, self.result.settings.duration
+        links = len(self.network.links if asked is None else set(asked))
+        if faults := list(faults_of_bins("--bin-s", self.bin_s, duration, links)):
+            raise InputError(faults)
 
 
 def _summary(run: FinishedRun) -> pd.DataFrame:
@@ -152,16 +160,14 @@ def _area_states(run: FinishedRun) -> pd.DataFrame:
     from uxsim_geo.analysis.areas import area_states, links_in_polygons
     from uxsim_geo.export.units import in_peoples_units
 
-    areas = links_in_polygons(run.network, _polygons(run), "name")
-    states = area_states(run.states, run.network, _with_members(run, areas, "link"))
+    states = area_states(run.states, run.network, _areas(run, links_in_polygons, "link"))
     return in_peoples_units(states, per_lane=True)
 
 
 def _area_pairs(run: FinishedRun) -> pd.DataFrame:
     from uxsim_geo.analysis.areas import area_pairs, nodes_in_polygons
 
-    areas = nodes_in_polygons(run.network, _polygons(run), "name")
-    return area_pairs(run.result, run.network, _with_members(run, areas, "node"))
+    return area_pairs(run.result, run.network, _areas(run, nodes_in_polygons, "node"))
 
 
 def _polygons(run: FinishedRun) -> gpd.GeoDataFrame:
@@ -180,12 +186,22 @@ def _polygons(run: FinishedRun) -> gpd.GeoDataFrame:
     return polygons
 
 
-def _with_members(run: FinishedRun, areas: dict[str, list[str]], kind: str) -> dict[str, list[str]]:
-    """The areas that hold something; raises where none does."""
+def _areas(
+    run: FinishedRun, find: Callable[..., dict[str, list[str]]], kind: str
+) -> dict[str, list[str]]:
+    """The areas that hold something, others are noted; raises where none does."""
+    try:
+        areas = find(run.network, _polygons(run), "name")
+    except InputError as error:
+        source = f"--areas {run.options.areas}"
+        raise InputError([replace(fault, source=source) for fault in error.faults]) from None
     filled = {name: members for name, members in areas.items() if members}
     if not filled:
         what = f"--areas: no {kind} of the network lies in any of them; is their CRS right?"
         raise InputError([Fault(what, value=run.options.areas)])
+    empty = [name for name in areas if name not in filled]
+    if empty:
+        run.notes.append(f"no {kind} lies in {', '.join(empty)}: left out")
     return filled
 
 
@@ -211,10 +227,10 @@ def _cumulative(run: FinishedRun) -> pd.DataFrame:
     from uxsim_geo.analysis.cumulative import curves_of_passages
     from uxsim_geo.analysis.subsets import rows_of_links
 
-    check_bins(run)
+    run.check_bins()
     rows = rows_of_links(run.network, run.options.links)
     edges = bin_edges(run.result.settings.duration, run.bin_s)
-    curves = [curves_of_passages(run.passages, int(link), edges) for link in rows]
+    curves = [curves_of_passages(run.material.passages, int(link), edges) for link in rows]
     table = pd.concat(curves, ignore_index=True)
     ids = run.network.links["link_id"].astype(str).to_numpy()[rows]
     table.insert(0, "link_id", np.repeat(ids, len(edges)))

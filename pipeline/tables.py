@@ -41,11 +41,12 @@ class Order:
 
 
 class Written(NamedTuple):
-    """The file that was made, and how large its table is."""
+    """The file that was made, how large its table is, and what to know of it."""
 
     path: Path
     rows: int
     columns: int
+    notes: tuple[str, ...]
 
 
 def export_table(order: Order) -> Written:
@@ -63,7 +64,8 @@ def export_table(order: Order) -> Written:
     _check_run(folder, manifest, faults)
     faults.raise_if_any()
     form = order.format or (order.out.suffix.lower()[1:] if order.out else "csv")
-    table = TABLES[order.table].make(_read_run(folder, manifest, order.options))
+    run = _read_run(folder, manifest, order.options)
+    table = TABLES[order.table].make(run)
     path = order.out or folder / FOLDER / f"{order.table}.{form}"
     try:
         if order.out is None:
@@ -72,7 +74,7 @@ def export_table(order: Order) -> Written:
     except (PermissionError, FileExistsError, NotADirectoryError) as error:
         what = f"cannot be written ({error.strerror}); choose another --out"
         raise InputError([Fault(what, str(path))]) from None
-    return Written(path, *table.shape)
+    return Written(path, *table.shape, tuple(run.notes))
 
 
 def _check_table(order: Order, faults: Faults) -> None:
@@ -144,11 +146,10 @@ def _check_files(folder: RunFolder, stages: dict[str, StageRecord], faults: Faul
 def _read_run(folder: RunFolder, manifest: Manifest, options: TableOptions) -> FinishedRun:
     from pydantic import ValidationError
 
-    from pipeline import ingest, simulate
     from pipeline.config import Config
+    from pipeline.material import read_material
     from pipeline.progress import Silence
     from pipeline.stages import Task
-    from uxsim_geo.network.files import read_network
 
     try:
         # not from config.yaml, whose source files may be elsewhere by now
@@ -158,5 +159,4 @@ def _read_run(folder: RunFolder, manifest: Manifest, options: TableOptions) -> F
         raise InputError([Fault(what, str(folder.path))]) from None
     figures = {name: stage.figures for name, stage in manifest.stages.items()}
     task = Task(config, folder, figures, Silence(), lambda: None)
-    network = read_network(folder / ingest.NETWORK)
-    return FinishedRun(config, network, simulate.read_result(task), options)
+    return FinishedRun(read_material(task), options)

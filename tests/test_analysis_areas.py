@@ -177,3 +177,41 @@ def test_a_network_without_coordinates_has_nothing_in_polygons(
     shapes = gpd.GeoDataFrame({"name": ["a"]}, geometry=[box(0, 0, 1, 1)])
     with pytest.raises(InputError, match="no coordinates"):
         nodes_in_polygons(crowded[0], shapes, "name")
+
+
+def test_a_link_across_the_seam_of_two_polygons_of_one_name_lies_inside() -> None:
+    shapes = gpd.GeoDataFrame(
+        {"name": ["whole", "half", "whole"]},
+        geometry=[box(-10, -10, 500, 10), box(-10, -10, 500, 10), box(500, -10, 1010, 10)],
+        crs="EPSG:25832",
+    )
+    inside = links_in_polygons(two_way_road("EPSG:25832"), shapes, "name")
+    assert inside == {"whole": ["link 0", "link 1"], "half": []}
+
+
+def test_rows_without_a_name_or_a_valid_polygon_are_all_told() -> None:
+    bow_tie = Polygon([(0, 0), (1, 1), (1, 0), (0, 1)])
+    shapes = [box(0, 0, 1, 1), bow_tie, Polygon(), box(0, 0, 1, 1).centroid, None]
+    polygons = gpd.GeoDataFrame({"name": [None, *"abcd"]}, geometry=shapes, crs="EPSG:25832")
+    with pytest.raises(InputError) as raised:
+        links_in_polygons(two_way_road("EPSG:25832"), polygons, "name")
+    told = [fault.what for fault in raised.value.faults]
+    assert told[0] == "row 0: has no name"
+    assert told[1].startswith("row 1: is no valid polygon (Self-intersection")
+    assert told[2:] == [
+        "row 2: has no geometry",
+        "row 3: must be a polygon",
+        "row 4: has no geometry",
+    ]
+    with pytest.raises(InputError, match="have no geometry: give a layer of polygons"):
+        links_in_polygons(two_way_road(), pd.DataFrame({"name": ["a"]}), "name")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="the network has no CRS"):
+        links_in_polygons(two_way_road(None), polygons[:1].assign(name="a"), "name")
+
+
+def test_names_that_are_no_text_are_made_so(crowded: tuple[Network, Result]) -> None:
+    of, result = crowded
+    states = link_times(result, of, bin_s=300.0)
+    areas: dict[Any, list[str]] = {1: of.links["link_id"][:2].tolist(), 2.5: ["0,0-1,0"]}
+    table = area_states(states, of, areas)
+    assert table["area"].tolist() == ["1", "1", "2.5", "2.5"]

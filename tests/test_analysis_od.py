@@ -148,7 +148,7 @@ def test_a_wrong_bin_is_refused(bin_s: float) -> None:
 
 @pytest.mark.parametrize(
     ("vehicles", "message"),
-    [([], "names nobody"), ([0, 7, -1], r"0 to 6 \(found '7'\)"), ([0.5], "whole numbers")],
+    [([], "names nobody"), ([0, 7, -1], r"0 to 6 \(found '-1, 7'\)"), ([0.5], "whole numbers")],
 )
 def test_a_wrong_subset_is_refused(vehicles: list[float], message: str) -> None:
     with pytest.raises(InputError, match=message):

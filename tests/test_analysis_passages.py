@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 from newell_link import events_of, network_of, random_link, result_of, trips_of
 
+from uxsim_geo.analysis.cells import space_time_cells
+from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.errors import InputError
 from uxsim_geo.settings import Settings
 
 LINKS = [
@@ -123,3 +128,22 @@ def test_an_event_on_an_unknown_link_is_refused() -> None:
     events = events_of(network, [(0, 0, 0.0, 50.0)]).assign(link=pd.Categorical(["elsewhere"]))
     with pytest.raises(ValueError, match="of another run"):
         Passages.of(result_of(events, trips_of([{}]), Settings(100)), network)
+
+
+def test_passages_of_another_result_are_refused() -> None:
+    of = network_of([{}])
+    one, other = (
+        result_of(events_of(of, [(0, 0, 0.0, leave)]), trips_of([{}]), Settings(100.0))
+        for leave in (50.0, 60.0)
+    )
+    passages = Passages.of(one, of)
+    sooner = replace(one, settings=Settings(80.0))
+    pd.testing.assert_frame_equal(
+        link_times(sooner, of, bin_s=80.0, passages=passages), link_times(sooner, of, bin_s=80.0)
+    )
+    for ask in (
+        lambda: link_times(other, of, bin_s=100.0, passages=passages),
+        lambda: space_time_cells(other, of, bin_s=100.0, cell_m=100.0, passages=passages),
+    ):
+        with pytest.raises(InputError, match="passages: are those of another result"):
+            ask()

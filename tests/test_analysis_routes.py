@@ -152,4 +152,6 @@ def test_moments_outside_of_the_run_are_refused(times: npt.ArrayLike) -> None:
 def test_every_wrong_vehicle_is_named() -> None:
     with pytest.raises(InputError) as error:
         trip_routes(three_drives(), vehicles=[-2, 1, 6, 9])
-    assert len(error.value.faults) == 3
+    (fault,) = error.value.faults
+    assert fault.what == "3 of them are no trips: those are 0 to 5"
+    assert fault.value == "-2, 6, 9"

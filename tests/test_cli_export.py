@@ -9,6 +9,7 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+import pyogrio
 import pytest
 from shapely.geometry import box
 from small_run import CONFIG, run_small, write_small_run
@@ -413,7 +414,19 @@ def test_areas_that_cannot_be_used(
     assert "no link of the network lies in any" in capsys.readouterr().err
     far.rename(columns={"name": "area"}).to_file(tmp_path / "unnamed.gpkg")
     assert export(finished, "area_states", "--areas", str(tmp_path / "unnamed.gpkg")) == 2
-    assert "there is no such column; there are area" in capsys.readouterr().err
+    shown = capsys.readouterr().err
+    assert "there is no such column; there are area" in shown
+    assert f"--areas {tmp_path / 'unnamed.gpkg'}, column name" in shown
+    pyogrio.write_dataframe(pd.DataFrame({"name": ["a"]}), tmp_path / "bare.gpkg")
+    assert export(finished, "area_states", "--areas", str(tmp_path / "bare.gpkg")) == 2
+    assert "have no geometry" in capsys.readouterr().err
+    some = gpd.GeoDataFrame(
+        {"name": ["here", "far"]}, geometry=[box(-100, -100, 1600, 100), box(9e5, 9e5, 1e6, 1e6)]
+    )
+    some.to_file(tmp_path / "some.gpkg")
+    table = exported(finished, "area_states", "--areas", str(tmp_path / "some.gpkg"))
+    assert set(table["area"]) == {"here"}
+    assert capsys.readouterr().err == "note: no link lies in far: left out\n"
 
 
 @pytest.mark.parametrize("names", ["", ",", "a,,b"])
@@ -421,3 +434,17 @@ def test_names_of_nothing(finished: Path, capsys: pytest.CaptureFixture[str], na
     with pytest.raises(SystemExit):
         export(finished, "link_users", "--links", names)
     assert "names nothing between commas" in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+def test_a_run_in_which_nobody_drives_has_a_report_and_all_tables(tmp_path: Path) -> None:
+    late = CONFIG.replace("demand_period_s: 600", "demand_period_s: 10\n    start_s: 10000")
+    write_small_run(tmp_path, late.replace("  plots: []\n", ""))
+    assert run_small(tmp_path, "--quiet") == 0
+    run = tmp_path / "runs/small"
+    assert len(list((run / "plots").iterdir())) == 2
+    for table in TABLES:
+        assert export(run, table, *options_of(table, tmp_path)) == 0, table
+    assert pd.read_csv(run / "tables/od.csv")["vehicles_demanded"].tolist() == [100]
+    assert pd.read_csv(run / "tables/links.csv")["volume_veh"].tolist() == [0, 0, 0]
+    assert pd.read_csv(run / "tables/trip_routes.csv").empty

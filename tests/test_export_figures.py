@@ -9,14 +9,24 @@ from mapped_network import states_with_a_queue, two_way_road
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from newell_link import network_of, trips_of
+from newell_link import events_of, network_of, result_of, trips_of
 
+from uxsim_geo.analysis.cells import space_time_cells
+from uxsim_geo.analysis.link_states import link_times, link_totals
+from uxsim_geo.analysis.network_states import network_states
+from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.errors import InputError
 from uxsim_geo.export import fundamental_diagram as fd
-from uxsim_geo.export.desire_lines import THIN, WIDE, desire_lines_figure
+from uxsim_geo.export.cumulative import cumulative_figure
+from uxsim_geo.export.desire_lines import THIN, WIDE, _pairs, desire_lines_figure
 from uxsim_geo.export.fundamental_diagram import fundamental_diagram_figure
 from uxsim_geo.export.network_plan import network_figure
+from uxsim_geo.export.plots import mfd_figure, network_state_figure
+from uxsim_geo.export.space_time_states import space_time_states_figure
+from uxsim_geo.export.trajectories import trajectories_figure
 from uxsim_geo.export.travel_times import travel_times_figure
 from uxsim_geo.network.network import Network
+from uxsim_geo.settings import Settings
 
 
 def texts(figure: Figure) -> str:
@@ -58,7 +68,7 @@ def test_classes_and_slices_are_one_pair_and_trips_within_a_node_none() -> None:
     shown, others = desire_lines(figure)
     np.testing.assert_allclose(shown.get_array(), [2.0])
     assert others.get_segments() == []
-    assert "1 largest of\n1 pairs,\n100 % of vehicles" in texts(figure)
+    assert "1 of 1 pair,\n100 % of vehicles" in texts(figure)
 
 
 def test_small_pairs_lie_thin_below() -> None:
@@ -68,8 +78,8 @@ def test_small_pairs_lie_thin_below() -> None:
     assert [line[0] for line in shown.get_segments()] == [pytest.approx((1000, 0))]
     assert [line[0] for line in others.get_segments()] == [pytest.approx((0, 0))]
     assert others.get_zorder() < shown.get_zorder()
-    assert "1 largest of\n2 pairs,\n75 % of vehicles" in texts(figure)
-    assert "smaller pairs" in legend_texts(figure)
+    assert "1 of 2 pairs,\n75 % of vehicles" in texts(figure)
+    assert "other pairs" in legend_texts(figure)
 
 
 def test_lines_that_bow_out_of_the_map_are_on_the_paper() -> None:
@@ -157,9 +167,9 @@ def test_a_given_capacity_cuts_the_diagram() -> None:
 def test_too_many_links_are_refused() -> None:
     network = two_way_road()
     states = states_with_a_queue(network)
-    with pytest.raises(ValueError, match="at most 21 links"):
+    with pytest.raises(InputError, match="at most 21 links"):
         fundamental_diagram_figure(network, states, ["link 0"] * 22, 1.0, "t")
-    with pytest.raises(ValueError, match="no link x"):
+    with pytest.raises(InputError, match=r"none of this name .found 'x'"):
         fundamental_diagram_figure(network, states, ["x"], 1.0, "t")
 
 
@@ -190,3 +200,92 @@ def test_maps_of_a_network_without_geometry_are_refused() -> None:
         network_figure(bare, "t")
     with pytest.raises(ValueError, match="no geometry"):
         desire_lines_figure(bare, od(("a", "b", 1.0, 0.0)), "t")
+
+
+def test_of_equal_pairs_those_shown_are_spread_over_the_table() -> None:
+    ends = [(a, b) for a in "abcdefgh" for b in "abcdefgh" if a != b]
+    table = od(*((a, b, 5.0, 0.0) for a, b in ends))
+    many = Network(
+        two_way_road().nodes.loc[[0] * 8].assign(node_id=list("abcdefgh")), two_way_road().links
+    )
+    pairs = _pairs(many, table, 8)
+    # seven pairs of each origin: one of each is shown
+    assert pairs.origin[-8:].tolist() == list(range(8))
+    assert sorted(zip(pairs.origin, pairs.destination, strict=True)) == sorted(
+        (ord(a) - 97, ord(b) - 97) for a, b in ends
+    )
+    larger = _pairs(many, pd.concat([table, od(("a", "b", 1.0, 0.0))]), 3)
+    assert (larger.origin[-1], larger.destination[-1]) == (0, 1)
+    assert len(set(larger.origin[-3:])) == 3
+
+
+def test_without_any_delay_the_scale_is_a_minute() -> None:
+    shown, _ = desire_lines(desire_lines_figure(two_way_road(), od(("a", "b", 1.0, 0.0)), "t"))
+    assert (shown.norm.vmin, shown.norm.vmax) == (0.0, 1.0)
+
+
+def test_of_one_vehicle_no_part_is_spoken_of() -> None:
+    figure = desire_lines_figure(two_way_road(), od(("a", "b", 1.0, 0.0)), "t")
+    assert legend_texts(figure) == ["1"]
+    one = trips_of([{"vehicles": 1, "arrive_s": 60.0}])
+    assert texts(travel_times_figure(one, "t")) == "1 vehicle arrived"
+
+
+def test_who_departs_after_the_end_is_not_missing() -> None:
+    late = trips_of([{"vehicles": 9, "status": "waiting", "depart_s": 2000.0}])
+    trips = pd.concat([every_fate(), late], ignore_index=True)
+    said = "100 vehicles arrived; 12 had not arrived by the end; 3 gave up"
+    assert texts(travel_times_figure(trips, "t", duration=1900.0)) == said
+
+
+def test_where_nobody_drove_pictures_say_so() -> None:
+    network = two_way_road()
+    result = result_of(events_of(network, []), trips_of([]), Settings(200.0))
+    states, passages = link_times(result, network, bin_s=100.0), Passages.of(result, network)
+    cells = space_time_cells(result, network, bin_s=100.0, cell_m=500.0)
+    for figure in (
+        mfd_figure(network_states(states, network), "t"),
+        network_state_figure(network, link_totals(states), "t"),
+        trajectories_figure(network, passages, ["link 0"], 200.0),
+        trajectories_figure(network, passages, ["link 0"], 200.0, by_speed=True),
+        space_time_states_figure(network, cells, ["link 0"]),
+        cumulative_figure(network, passages, "link 0", 200.0),
+        fundamental_diagram_figure(network, states, ["link 0"], 1.0, "t"),
+    ):
+        assert "nobody drove" in texts(figure)
+    assert legend_texts(network_state_figure(network, link_totals(states), "t")) == ["no vehicles"]
+
+
+def test_points_at_zero_are_whole() -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network)
+    mfd = mfd_figure(network_states(states, network), "t")
+    diagram = fundamental_diagram_figure(network, states, ["link 0"], 1.0, "t")
+    for figure in (mfd, diagram):
+        assert not any(points.get_clip_on() for points in figure.axes[0].collections)
+
+
+def test_the_scale_of_flow_ends_at_the_capacity() -> None:
+    network = two_way_road()
+    rows = [(0, 0, 0.0, 50.0)]
+    result = result_of(events_of(network, rows), trips_of([{}]), Settings(200.0))
+    cells = space_time_cells(result, network, bin_s=100.0, cell_m=500.0)
+    figure = space_time_states_figure(network, cells, ["link 0"], "flow", reaction_time=1.0)
+    # 20 m/s, 0.2 veh/m: 0.8 veh/s
+    assert figure.axes[0].collections[0].get_clim() == (0.0, pytest.approx(2880.0))
+    assert "capacity at the top" in figure.axes[1].get_ylabel()
+
+
+def test_north_stands_below_the_map() -> None:
+    figure = network_state_figure(
+        two_way_road(), link_totals(states_with_a_queue(two_way_road())), "t"
+    )
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    (north,) = (text for text in axes.texts if text.get_text() == "N")
+    paper, box = figure.bbox, north.get_window_extent()
+    assert paper.y0 <= box.y0
+    assert box.y1 <= axes.bbox.y0
+    (arrow,) = (text.arrow_patch for text in axes.texts if getattr(text, "arrow_patch", None))
+    assert paper.y0 <= arrow.get_window_extent().y0
+    assert arrow.get_window_extent().y1 <= box.y0 + 1

@@ -21,6 +21,7 @@ from newell_link import events_of, network_of, result_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.export import geopackage
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.geopackage import RunDescription, write_geopackage
 from uxsim_geo.export.layers import link_times_layer, links_layer
@@ -295,14 +296,18 @@ def test_a_clock_without_a_time_zone_is_refused() -> None:
         RunDescription(START.replace(tzinfo=None), pd.DataFrame(), {})
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
-    path = tmp_path / "results.gpkg"
-    states = write(path, two_way_road(None))
+def test_a_failed_write_leaves_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fill_the_disk(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    path, network = tmp_path / "results.gpkg", two_way_road(None)
+    states = write(path, network)
     before = path.read_bytes()
-    bad = two_way_road(None)
-    bad.links.loc[1, "link_id"] = "a'b"  # the view's join needs unique ids
-    with pytest.raises(sqlite3.IntegrityError):
-        write_geopackage(path, bad, states, RunDescription(START, bad.notes, {}))
+    monkeypatch.setattr(geopackage, "_add_styles", fill_the_disk)
+    with pytest.raises(OSError, match="No space left"):
+        write_geopackage(path, network, states, RunDescription(START, network.notes, {}))
     assert path.read_bytes() == before
     assert [file.name for file in tmp_path.iterdir()] == ["results.gpkg"]
 

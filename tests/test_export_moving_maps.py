@@ -20,7 +20,7 @@ from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.errors import InputError
-from uxsim_geo.export import moving_links, moving_vehicles, trails
+from uxsim_geo.export import film, moving_links, moving_vehicles, trails
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.film import MovingMap
 from uxsim_geo.network.network import Network
@@ -55,8 +55,8 @@ def films(monkeypatch: pytest.MonkeyPatch) -> list[MovingMap]:
     """What is handed over to be written."""
     kept: list[MovingMap] = []
 
-    def keep(film: MovingMap, *_: Any) -> None:
-        kept.append(film)
+    def keep(drawn: MovingMap, *_: Any) -> None:
+        kept.append(drawn)
 
     for module in (moving_links, moving_vehicles):
         monkeypatch.setattr(module, "write_film", keep)
@@ -195,15 +195,43 @@ def test_films_of_maps_are_whole(tmp_path: Path) -> None:
         assert (shown.n_frames, shown.info["duration"]) == (2, 500)
 
 
-def test_a_film_of_nobody_and_a_trail_of_the_future_are_refused() -> None:
+def test_a_film_of_nobody_shows_the_clock_over_empty_roads(tmp_path: Path) -> None:
     network = corridor()
     passages = passages_of(network)
     samples = Samples.of(passages, 20.0, 300.0)
     nobody = samples.where(np.zeros(samples.time.size, bool))
-    with pytest.raises(InputError) as refused:
-        moving_vehicles.animate_vehicles(
-            network, passages, nobody, Path("x.gif"), frame_ms=50.0, trail=-1
-        )
-    no_vehicle, trail = refused.value.faults
-    assert "no vehicle" in no_vehicle.what
-    assert (trail.column, trail.value) == ("trail", -1)
+    path = tmp_path / "x.gif"
+    moving_vehicles.animate_vehicles(network, passages, nobody, path, frame_ms=50.0)
+    assert Image.open(path).n_frames == passages.end / 20
+
+
+def test_a_trail_of_the_future_and_films_without_end_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    network = corridor()
+    passages, path = passages_of(network), Path("x.gif")
+    samples = Samples.of(passages, 20.0, 300.0)
+    with pytest.raises(InputError, match=r"film, column trail: .*found '-1'"):
+        moving_vehicles.animate_vehicles(network, passages, samples, path, frame_ms=50.0, trail=-1)
+    monkeypatch.setattr(film, "MOST_PICTURES", 1)
+    with pytest.raises(InputError, match=r"interval: makes 11 pictures, of at most 1"):
+        moving_vehicles.animate_vehicles(network, passages, samples, path, frame_ms=50.0)
+    road = two_way_road()
+    with pytest.raises(InputError, match=r"bin_s: makes 2 pictures"):
+        moving_links.animate_links(road, states_with_a_queue(road), path, frame_ms=50.0)
+
+
+def test_a_share_shows_somebody_and_an_interval_of_nothing_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    passages = passages_of(corridor())
+    samples = Samples.of(passages, 20.0, 300.0)
+    few = samples.of_share(passages, 1e-3)
+    assert np.unique(passages.vehicle[few.row]).tolist() == [0]
+    assert samples.of_share(passages, 0.0).time.size == 0
+    for wrong in (0.0, -1.0, float("nan"), float("inf"), 1e-9, "5"):
+        with pytest.raises(InputError, match="column interval"):
+            Samples.of(passages, wrong, 300.0)  # type: ignore[arg-type]
+    monkeypatch.setattr("uxsim_geo.analysis.samples.MOST_SAMPLES", samples.time.size - 1)
+    with pytest.raises(InputError, match=f"makes {samples.time.size} rows"):
+        Samples.of(passages, 20.0, 300.0)

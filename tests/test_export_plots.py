@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import geopandas as gpd
 import numpy as np
-import pandas as pd
 import pytest
 from mapped_network import states_with_a_queue, two_way_road
 from matplotlib.collections import LineCollection
@@ -124,7 +123,7 @@ def test_twenty_thousand_links_are_two_artists() -> None:
     network = grid(71)
     assert len(network.links) == 19_880
     volume = np.arange(len(network.links), dtype=float)
-    totals = pd.DataFrame({"volume": volume, "speed": np.where(volume % 2, 20.0, 1.0)})
+    totals = network.links[["link_id"]].assign(volume=volume, speed=np.where(volume % 2, 20.0, 1.0))
     axes = network_state_figure(network, totals, "t").axes[0]
     unused, traffic = axes.collections
     assert (len(unused.get_paths()), len(traffic.get_paths())) == (1, 19_879)

@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgba
 from newell_link import events_of, network_of, random_link, result_of, trips_of
 
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.errors import InputError
 from uxsim_geo.export import breakpoints
 from uxsim_geo.export.breakpoints import EVEN, ways_on_link
 from uxsim_geo.export.colours import SPEED_CLASSES
@@ -160,5 +161,5 @@ def test_names_of_many_links_do_not_cover_one_another() -> None:
 
 def test_a_link_that_is_not_there_is_named() -> None:
     network, passages = two_links()
-    with pytest.raises(ValueError, match="no link other"):
+    with pytest.raises(InputError, match=r"none of this name .found 'other'"):
         trajectories_figure(network, passages, ["link 0", "other"], 300.0)

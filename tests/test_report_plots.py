@@ -12,7 +12,7 @@ from pipeline import plots
 from pipeline.cli import main
 from pipeline.config_file import load_config
 from pipeline.plot_config import KINDS, PlotEntry, PlotName
-from uxsim_geo.errors import InputError
+from uxsim_geo.errors import Fault, InputError
 
 ENTRIES = {
     "network_average.png": "{plot: network_average}",
@@ -75,6 +75,11 @@ def test_every_plot_is_made_under_its_name(
         ("{plot: travel_times}, {plot: travel_times}", "two of them make travel_times.png"),
         ("{plot: desire_lines, most: 0}", "most"),
         ("{plot: network_fancy, share: 1.5}", "share"),
+        ("{plot: network_fancy, frame_ms: 5}", "frame_ms"),
+        (
+            "{plot: travel_times, file: a}, {plot: network_plan, file: A}",
+            "two of them make a.png",
+        ),
     ],
 )
 def test_wrong_keys_are_told_before_anything_runs(tmp_path: Path, entry: str, message: str) -> None:
@@ -104,6 +109,11 @@ def test_all_wishes_in_vain_are_told_at_once_and_nothing_is_written(
         "{plot: time_space_diagram_traj_links, links: [1-3, 4-2]}",
         "{plot: network, time_s: 5000}",
         "{plot: macroscopic_fundamental_diagram, region: {where: lanes > 9}}",
+        f"{{plot: fundamental_diagram, links: [{', '.join(['3-4'] * 22)}]}}",
+        "{plot: time_space_diagram_state_links, links: [3-4], cell_m: 1e-4}",
+        "{plot: network_fancy, interval_s: 5000}",
+        "{plot: network_fancy, interval_s: 1e-3, file: fast}",
+        "{plot: network_anim, bin_s: 0.05}",
     )
     assert run_small(finished.parents[1]) == 2
     errors = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
@@ -112,6 +122,11 @@ def test_all_wishes_in_vain_are_told_at_once_and_nothing_is_written(
         "begins at node 4, the one before it ends at 3",
         "is after the end of the simulation, 1200 s",
         "region: no link is meant",
+        "links: at most 21 can be told apart (found '22')",
+        "cell_m: makes more than 20,000,000 cells",
+        "interval_s: is longer than the simulation, 1200 s",
+        "interval_s: makes more than 20,000 pictures; take 0.06 s or more",
+        "bin_s: makes more than 20,000 pictures; take 0.06 s or more",
     )
     assert len(errors) == len(expected)
     for line, words in zip(errors, expected, strict=True):
@@ -138,6 +153,62 @@ def test_a_failure_in_one_plot_fails_the_command_after_all_others_are_written(
     monkeypatch.undo()
     assert run_small(tmp_path) == 0
     assert (folder / "plots/desire_lines.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "lines"),
+    [
+        (ValueError("in plain words"), ["in plain words"]),
+        (InputError([Fault("one"), Fault("other", value=5)]), ["one", "other (found '5')"]),
+        (KeyError("name"), ["KeyError: 'name'"]),
+    ],
+)
+def test_what_went_wrong_is_told_as_it_was_meant(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    error: Exception,
+    lines: list[str],
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setitem(plots.FIGURES, "travel_times", fail)
+    config_with(tmp_path, "{plot: travel_times}")
+    assert run_small(tmp_path, "--quiet") == 1
+    shown = capsys.readouterr().err.splitlines()
+    begin = "error: plots/travel_times.png could not be written: "
+    assert shown == [f"{begin}{line}" for line in lines]
+
+
+def test_bins_of_report_and_plots_are_told_with_the_limit_that_holds(
+    finished: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.material.MOST_STATES", 3 * 1200 * 4)
+    config_with(finished.parents[1], "{plot: network, time_s: 0, bin_s: 0.2}")
+    assert run_small(finished.parents[1], "--set", "report.bin_s=0.24") == 2
+    shown = capsys.readouterr().err.splitlines()
+    assert [line for line in shown if line.startswith("error")] == [
+        "error: report.bin_s: too short for 3 links; take 0.25 s or more (found '0.24')",
+        "error: report.plots[0].bin_s: too short for 3 links; take 0.25 s or more (found '0.2')",
+    ]
+    assert (
+        run_small(finished.parents[1], "--set", "report.bin_s=0.25", "--set", "report.plots=[]")
+        == 0
+    )
+    # a table of one link may have three times as many bins
+    assert main(["export", str(finished), "--table", "cumulative", "--bin-s", "0.1"]) == 2
+    asked = ["--table", "cumulative", "--bin-s", "0.1", "--links", "3-4"]
+    assert main(["export", str(finished), *asked]) == 0
+
+
+def test_every_plot_is_made_where_nobody_drives(tmp_path: Path) -> None:
+    path = config_with(tmp_path, *ENTRIES.values())
+    text = path.read_text(encoding="utf-8")
+    late = text.replace("demand_period_s: 600", "demand_period_s: 10\n    start_s: 10000")
+    path.write_text(late, encoding="utf-8")
+    assert run_small(tmp_path, "--quiet") == 0
+    assert {path.name for path in (tmp_path / "runs/small/plots").iterdir()} == set(ENTRIES)
 
 
 def test_plots_are_the_same_each_time(tmp_path: Path) -> None:

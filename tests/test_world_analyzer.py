@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from uxsim_geo import World
+from uxsim_geo.errors import InputError
 
 
 def bottleneck(**told: object) -> World:
@@ -200,3 +201,11 @@ def test_red_signals_stand_at_the_ends_of_links_and_diagrams_can_be_cut() -> Non
     assert len(with_red.axes[0].collections) == len(without.axes[0].collections) + 1
     with pytest.raises(TypeError, match="xlimit"):
         look.time_space_diagram_traj(["ab"], xlimit=(0, 1))
+
+
+def test_maps_and_films_of_what_is_not_there_are_refused(done: World, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="column t: must be 1000 or less"):
+        done.analyzer.network(5000)
+    with pytest.raises(InputError, match="column sample_ratio: must be 1 or less"):
+        done.analyzer.network_fancy(sample_ratio=2, file_name=str(tmp_path / "x.gif"))
+    assert list(tmp_path.iterdir()) == []

@@ -197,6 +197,11 @@ def test_groups_of_vehicles(merge: World) -> None:
         lambda look: look.area_to_pandas([["orig1"], ["dest"]], ["same", "same"]),
         lambda look: look.area_to_pandas([["nowhere"]]),
         lambda look: look.area_to_pandas([[]]),
+        lambda look: look.area_to_pandas(["orig1", "dest"]),
+        lambda look: look.areas2areas_to_pandas("orig1"),
+        lambda look: look.time_space_diagram_traj([]),
+        lambda look: look.time_space_diagram_density([]),
+        lambda look: look.cumulative_curves([]),
         lambda look: look.vehicle_groups_to_pandas([["nobody"]]),
         lambda look: look.vehicle_groups_to_pandas([["1"], ["2"]], ["one"]),
     ],
@@ -214,3 +219,29 @@ def test_diagrams_of_some_links(merge: World) -> None:
     spent = time[events["link"] == "link3"].sum()
     assert (one["network_k"] * 120 * 1000).sum() == pytest.approx(spent)
     assert isinstance(one, pd.DataFrame)
+
+
+def test_areas_that_are_nodes_are_told_what_areas_are(merge: World) -> None:
+    with pytest.raises(InputError, match="areas: must be a list of lists of nodes"):
+        merge.analyzer.area_to_pandas(["orig1", "dest"])
+
+
+def test_areas_without_trips_have_a_table_of_the_same_columns(merge: World) -> None:
+    some = merge.analyzer.areas2areas_to_pandas([["orig1"], ["dest"]])
+    none = merge.analyzer.areas2areas_to_pandas([["orig1"], ["orig2"]])
+    assert len(none) == 0
+    assert list(none.columns) == list(some.columns)
+
+
+def test_counts_are_whole_numbers(merge: World) -> None:
+    look = merge.analyzer
+    for table, columns in (
+        (look.basic_to_pandas(), "total_trips completed_trips"),
+        (look.od_to_pandas(), "total_trips completed_trips"),
+        (look.link_to_pandas(), "traffic_volume vehicles_remain"),
+        (look.link_cumulative_to_pandas(), "arrival_count departure_count"),
+        (look.area_to_pandas([["merge"]]), "traffic_volume vehicles_remain"),
+        (look.areas2areas_to_pandas([["orig1"], ["dest"]]), "total_trips completed_trips"),
+    ):
+        for name in columns.split():
+            assert pd.api.types.is_integer_dtype(table[name].dtype), name

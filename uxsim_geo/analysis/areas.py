@@ -13,8 +13,9 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.network_states import network_states
+from uxsim_geo.analysis.network_states import lane_lengths, states_of_part
 from uxsim_geo.analysis.od import od_of_groups
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.subsets import named_rows, node_rows
 from uxsim_geo.analysis.trips import trip_summary
 from uxsim_geo.analysis.types import Booleans
@@ -50,11 +51,11 @@ def nodes_in_polygons(
     """The node_ids within or on each of some polygons, by their column ``name``.
 
     Polygons of one name are one area. Raises :class:`uxsim_geo.errors.InputError` if the network
-    has no coordinates, if ``polygons`` have no such column, a null geometry, or a CRS that the
-    network's does not go with.
+    has no coordinates, if ``polygons`` have no such column, a row without a name or without a valid
+    polygon, or a CRS that the network's does not go with.
     """
     placed = _placed(network, polygons, name)
-    return _within(placed, name, network.nodes, "node_id", "intersects")
+    return _within(placed, network.nodes, "node_id", "intersects")
 
 
 def links_in_polygons(
@@ -74,7 +75,7 @@ def links_in_polygons(
         faults.raise_if_any()
     placed = _placed(network, polygons, name)
     predicate = "covers" if part == "inside" else "intersects"
-    return _within(placed, name, network.links, "link_id", predicate)
+    return _within(placed, network.links, "link_id", predicate)
 
 
 def links_of_nodes(network: Network, areas: Areas, *, border: bool = True) -> dict[str, list[str]]:
@@ -102,18 +103,18 @@ def area_states(states: pd.DataFrame, network: Network, areas: Areas) -> pd.Data
     :func:`uxsim_geo.analysis.network_states.network_states`.
 
     Raises :class:`uxsim_geo.errors.InputError` for an area that is empty or names a link that is
-    not among the states.
+    not among the states, or for states that are not a full grid of links and bins.
     """
-    known = states["link_id"].unique().astype(str)
-    link = states["link_id"].astype(str).to_numpy()
-    tables = []
-    for name, rows in _rows(areas, pd.Series(known)).items():
-        own = network_states(states[np.isin(link, known[rows])], network)
-        own.insert(0, "links", len(rows))
-        own.insert(0, "area", name)
-        tables.append(own)
+    grid = StateGrid.of(states)
+    rows = _rows(areas, grid.link_ids)
+    lanes_m = lane_lengths(grid, network)
+    tables = [states_of_part(grid, lanes_m, part) for part in rows.values()]
     table = pd.concat(tables, ignore_index=True)
-    return table.assign(area=pd.Categorical(table["area"], categories=list(areas)))
+    area = np.repeat(np.arange(len(rows)), len(grid.begin))
+    named = pd.Categorical.from_codes(area, categories=pd.Index(list(rows)))
+    table.insert(0, "area", pd.Series(named))
+    table.insert(1, "links", np.repeat([len(part) for part in rows.values()], len(grid.begin)))
+    return table
 
 
 def area_pairs(result: Result, network: Network, areas: Areas) -> pd.DataFrame:
@@ -149,7 +150,7 @@ def _memberships(at: np.ndarray, areas: dict[str, np.ndarray]) -> Booleans:
     return np.stack(inside, axis=1)
 
 
-def _rows(areas: Areas, ids: pd.Series) -> dict[str, np.ndarray]:
+def _rows(areas: Areas, ids: pd.Series | pd.Index[str]) -> dict[str, np.ndarray]:
     """Rows of the elements of every area; raises with all that is not known."""
     faults = Faults()
     if not areas:
@@ -164,39 +165,65 @@ def _rows(areas: Areas, ids: pd.Series) -> dict[str, np.ndarray]:
     return rows
 
 
-def _placed(network: Network, polygons: gpd.GeoDataFrame, name: str) -> gpd.GeoDataFrame:
-    """Polygons in the CRS of the network."""
+def _placed(network: Network, polygons: gpd.GeoDataFrame, name: str) -> dict[str, Any]:
+    """The area of every name in the CRS of the network.
+
+    Its polygons are dissolved: what lies across the seam of two of them lies inside.
+    """
     faults = Faults("polygons")
-    crs = getattr(network.links, "crs", None)
     if "geometry" not in network.links.columns or "geometry" not in network.nodes.columns:
         faults.add("the network has no coordinates: there is nothing to find inside of polygons")
     if name not in polygons.columns:
         known = ", ".join(str(column) for column in polygons.columns)
         faults.add(f"there is no such column; there are {known}", column=name)
-    for row in np.flatnonzero(polygons.geometry.isna()):
-        faults.add(f"row {row}: has no geometry", column="geometry")
-    if (polygons.crs is None) != (crs is None):
-        lacking = "the polygons" if polygons.crs is None else "the network"
-        faults.add(f"{lacking} have no CRS, so that the two cannot be laid on one another")
+    else:
+        for row in np.flatnonzero(polygons[name].isna()):
+            faults.add(f"row {row}: has no name", column=name)
+    _check_shapes(polygons, faults)
+    crs, own = getattr(network.links, "crs", None), getattr(polygons, "crs", None)
+    if (own is None) != (crs is None):
+        lacking = "the polygons have" if own is None else "the network has"
+        faults.add(f"{lacking} no CRS, so that the two cannot be laid on one another")
     faults.raise_if_any()
-    return polygons if crs is None else polygons.to_crs(crs)
+    placed = polygons if crs is None else polygons.to_crs(crs)
+    return _dissolved(placed.geometry, placed[name].astype(str).to_numpy())
+
+
+def _dissolved(shapes: gpd.GeoSeries, names: np.ndarray) -> dict[str, Any]:
+    """One shape a name, in the order in which they come."""
+    import shapely
+
+    by_name = pd.Series(shapes.to_numpy(), dtype=object).groupby(names, sort=False)
+    return {str(name): shapely.union_all(own.to_numpy()) for name, own in by_name}
+
+
+def _check_shapes(polygons: gpd.GeoDataFrame, faults: Faults) -> None:
+    """Note every row that has no valid polygon."""
+    import shapely
+
+    shapes = getattr(polygons, "geometry", None)
+    if shapes is None:
+        faults.add("have no geometry: give a layer of polygons")
+        return
+    for row, shape in enumerate(shapes):
+        if shape is None or shape.is_empty:
+            faults.add(f"row {row}: has no geometry", column="geometry")
+        elif shape.geom_type not in ("Polygon", "MultiPolygon"):
+            faults.add(f"row {row}: must be a polygon", column="geometry", value=shape.geom_type)
+        elif not shape.is_valid:
+            reason = shapely.is_valid_reason(shape)
+            faults.add(f"row {row}: is no valid polygon ({reason}); mend it", column="geometry")
 
 
 def _within(
-    polygons: gpd.GeoDataFrame,
-    name: str,
-    table: pd.DataFrame,
-    id_column: str,
-    predicate: str,
+    areas: dict[str, Any], table: pd.DataFrame, id_column: str, predicate: str
 ) -> dict[str, list[str]]:
-    """Ids of the elements that lie so to the polygons of every name; none: an empty list."""
+    """Ids of the elements that lie so to the areas; none: an empty list."""
     import shapely
 
     tree = shapely.STRtree(np.asarray(table["geometry"]))
-    polygon, element = tree.query(polygons.geometry.to_numpy(), predicate=predicate)
+    area, element = tree.query(np.array(list(areas.values()), object), predicate=predicate)
     ids = table[id_column].astype(str).to_numpy()
-    names = polygons[name].astype(str).to_numpy()
     return {
-        str(one): ids[np.unique(element[names[polygon] == one])].tolist()
-        for one in dict.fromkeys(names)
+        name: ids[np.sort(element[area == number])].tolist() for number, name in enumerate(areas)
     }

@@ -8,11 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from uxsim_geo.analysis.table_size import MOST_BINS, shortest_step
 from uxsim_geo.analysis.types import Floats, Integers
-from uxsim_geo.errors import Faults
-
-#: more than anybody looks at; their edges alone would fill the memory at some point
-MOST_BINS = 1_000_000
+from uxsim_geo.errors import Faults, InputError
 
 
 def bin_edges(duration: float, bin_s: npt.ArrayLike) -> Floats:
@@ -25,7 +23,7 @@ def bin_edges(duration: float, bin_s: npt.ArrayLike) -> Floats:
     Raises :class:`uxsim_geo.errors.InputError` unless a length is finite, above 0 and such that
     there are no more than a million bins, or for edges that are none.
     """
-    asked = np.asarray(bin_s, dtype=float)
+    asked = numbers_of(bin_s, "bin_s")
     faults = Faults()
     if asked.ndim:
         _check_edges(asked, duration, faults)
@@ -35,12 +33,22 @@ def bin_edges(duration: float, bin_s: npt.ArrayLike) -> Floats:
     if not 0 < length < float("inf"):
         faults.add("must be a finite number of seconds above 0", column="bin_s", value=length)
     elif duration / length > MOST_BINS:
-        shortest = duration / MOST_BINS
+        shortest = shortest_step(duration, MOST_BINS)
         what = f"makes more than {MOST_BINS:,} bins: take {shortest:g} s or more"
         faults.add(what, column="bin_s", value=length)
     faults.raise_if_any()
     bins = max(1, int(np.ceil(duration / length - 1e-9)))
     return np.append(np.arange(bins) * length, duration)
+
+
+def numbers_of(values: npt.ArrayLike, argument: str) -> Floats:
+    """A number or several as an array; raises InputError for what is neither."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        faults = Faults()
+        faults.add("must be a number, or a row of numbers", column=argument, value=values)
+        raise InputError(faults.found) from None
 
 
 def bin_of(times: Floats, edges: Floats) -> Integers:
@@ -94,6 +102,6 @@ def _check_edges(edges: Floats, duration: float, faults: Faults) -> None:
         what = f"has an edge that is not between 0 and the end of the simulation, {duration:g} s"
         faults.add(what, column="bin_s", value=moment)
     for before, after in pairwise(edges):
-        if not before < after:
+        if before >= after:
             what = "has edges that do not ascend"
             faults.add(what, column="bin_s", value=f"{before:g}, {after:g}")

@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.bins import bin_edges
+from uxsim_geo.analysis.bins import bin_edges, numbers_of
 from uxsim_geo.analysis.crossings import times_at
 from uxsim_geo.analysis.edie import edie_states
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.pieces import Pieces, Stretches
 from uxsim_geo.analysis.subsets import chosen_vehicles, names_of, rows_of_links
+from uxsim_geo.analysis.table_size import MOST_CELLS, check_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
@@ -26,9 +27,6 @@ from uxsim_geo.result import Result
 
 #: stretches worked on at a time, which take some 100 bytes each
 BLOCK = 500_000
-
-#: rows of a table of cells; more would take several GB
-MOST_ROWS = 20_000_000
 
 
 def space_time_cells(  # noqa: PLR0913 -- what to look at, and how finely, by keyword alone
@@ -52,16 +50,15 @@ def space_time_cells(  # noqa: PLR0913 -- what to look at, and how finely, by ke
     where its first vehicle is; standing at the border of two cells it is in the second.
 
     Raises :class:`uxsim_geo.errors.InputError` for wrong bins or cells, for a table of over 20
-    million rows, if ``links`` or ``vehicles`` are empty or not there, or if the result is of
-    another network.
+    million rows, if ``links`` or ``vehicles`` are empty or not there, if ``passages`` are those of
+    another result, or if the result is of another network.
     """
     edges = bin_edges(result.settings.duration, bin_s)
     rows = rows_of_links(network, links)
     length = network.links["length"].to_numpy(float)[rows]
     parts = _parts(length, cell_m, len(edges) - 1)
     chosen = chosen_vehicles(result.trips, vehicles)
-    if passages is None:
-        passages = Passages.of(result, network)
+    passages = Passages.at_hand(passages, result, network)
     first = np.cumsum(parts) - parts
     total = np.zeros((2, int(parts.sum()) * (len(edges) - 1)))
     for some in _blocks(passages, rows, parts):
@@ -71,7 +68,7 @@ def space_time_cells(  # noqa: PLR0913 -- what to look at, and how finely, by ke
 
 def _parts(length: Floats, cell_m: npt.ArrayLike, bins: int) -> Integers:
     """How many cells each link has."""
-    size, faults = np.asarray(cell_m, dtype=float), Faults()
+    size, faults = numbers_of(cell_m, "cell_m"), Faults()
     if size.shape not in ((), length.shape):
         what = f"must be one number, or one for each of {len(length)} links"
         faults.add(what, column="cell_m", value=size.shape)
@@ -79,10 +76,8 @@ def _parts(length: Floats, cell_m: npt.ArrayLike, bins: int) -> Integers:
         faults.add("must be a finite number of metres above 0", column="cell_m", value=wrong)
     faults.raise_if_any()
     parts: Integers = np.maximum(1, np.ceil(length / size - 1e-9)).astype(np.int64)
-    if (rows := parts.sum() * bins) > MOST_ROWS:
-        what = f"makes {rows:,.0f} rows: take longer cells, longer bins or fewer links"
-        faults.add(what, column="cell_m", value=cell_m)
-    faults.raise_if_any()
+    instead = "take longer cells, longer bins or fewer links"
+    check_rows(parts.sum() * bins, MOST_CELLS, "cell_m", instead, cell_m)
     return parts
 
 

@@ -15,6 +15,7 @@ from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.samples import checked_moments
 from uxsim_geo.analysis.subsets import check_links, named_rows
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
@@ -46,6 +47,12 @@ def cumulative_curves(
     leaves the simulation, or if the result is of another network.
     """
     check_links(result, network)
+    if not isinstance(link, str):
+        faults = Faults()
+        faults.add(
+            "must be one link_id: each link has curves of its own", column="link", value=link
+        )
+        faults.raise_if_any()
     known = pd.Index(network.links["link_id"].astype(str))
     (row,) = named_rows(link, known, "link")
     passages = Passages.of(result, network)
@@ -57,6 +64,11 @@ def curves_of_passages(
     passages: Passages, link: int, moments: Floats | None = None
 ) -> pd.DataFrame:
     """The table of :func:`cumulative_curves` of the link in row ``link`` of the links table."""
+    return pd.DataFrame(curves_at(passages, link, moments))
+
+
+def curves_at(passages: Passages, link: int, moments: Floats | None = None) -> dict[str, Floats]:
+    """The columns of :func:`curves_of_passages`."""
     own = slice(passages.first[link], passages.first[link + 1])
     vehicles, enter, leave = passages.vehicles[own], passages.enter[own], passages.exit[own]
     free = enter + passages.geometry.length[link] / passages.free_speed[own]
@@ -67,7 +79,7 @@ def curves_of_passages(
         moments = moments[moments <= passages.end]
     curves = {name: _curve(times, vehicles, moments) for name, times in rises.items()}
     queue = curves["virtual_departures"] - curves["exits"]
-    return pd.DataFrame({"time_s": moments} | curves | {"queue": queue})
+    return {"time_s": moments} | curves | {"queue": queue}
 
 
 def _curve(rises: Floats, vehicles: Floats, moments: Floats) -> Floats:

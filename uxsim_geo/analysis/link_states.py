@@ -23,7 +23,9 @@ from uxsim_geo.analysis.edie import edie_states, ratio
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.pieces import Pieces, Stretches
 from uxsim_geo.analysis.spillback import times_without_room
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.subsets import chosen_vehicles, names_of, rows_of_links
+from uxsim_geo.analysis.table_size import MOST_STATES, check_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
@@ -78,14 +80,16 @@ def link_times(  # noqa: PLR0913 -- three ways to choose, by keyword alone
     volume_to_capacity
         flow / capacity of the link without control, the lower of the given one and the diagram's
 
-    Raises :class:`uxsim_geo.errors.InputError` for wrong bins, if ``links`` or ``vehicles`` are
-    empty or not there, or if the result is of another network.
+    Raises :class:`uxsim_geo.errors.InputError` for wrong bins, for a table of over 50 million rows,
+    if ``links`` or ``vehicles`` are empty or not there, if ``passages`` are those of another
+    result, or if the result is of another network.
     """
     edges = bin_edges(result.settings.duration, bin_s)
     rows = rows_of_links(network, links)
+    instead = "take longer bins or fewer links"
+    check_rows(len(rows) * (len(edges) - 1), MOST_STATES, "bin_s", instead)
     weight = chosen_vehicles(result.trips, vehicles).astype(float)
-    if passages is None:
-        passages = Passages.of(result, network)
+    passages = Passages.at_hand(passages, result, network)
     number = np.full(len(network.links), -1, np.int64)
     number[rows] = np.arange(len(rows))
     grid = _Grid(number, len(rows), edges)
@@ -109,19 +113,19 @@ def link_totals(states: pd.DataFrame) -> pd.DataFrame:
     (veh·s), experienced_travel_time (s, mean of those who left), queue and queue_length (the
     largest found at the end of a bin: veh, m), spillback_share, volume_to_capacity (of the whole
     time).
+
+    Raises :class:`uxsim_geo.errors.InputError` if the states are not those of each of their links
+    in each bin, in that order.
     """
-    links = states["link_id"].nunique()
-
-    def by_link(column: str) -> Floats:
-        return states[column].to_numpy(float).reshape(links, -1)
-
-    length_of_bin = by_link("end_s") - by_link("begin_s")
+    grid = StateGrid.of(states)
+    by_link = grid.values
+    length_of_bin = grid.end - grid.begin
     exits = by_link("exits")
     distance, time = by_link("distance").sum(axis=1), by_link("time").sum(axis=1)
     on_link = np.nan_to_num(by_link("experienced_travel_time")) * exits
     return pd.DataFrame(
         {
-            "link_id": states["link_id"].astype(str).to_numpy().reshape(links, -1)[:, 0],
+            "link_id": grid.link_ids.to_numpy(),
             "volume": by_link("entries").sum(axis=1),
             "exits": exits.sum(axis=1),
             "distance": distance,

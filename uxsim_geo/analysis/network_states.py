@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.edie import edie_states
-from uxsim_geo.analysis.types import Floats
+from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.network.network import Network
 
 
@@ -22,27 +23,38 @@ def network_states(states: pd.DataFrame, network: Network) -> pd.DataFrame:
 
     Columns: begin_s, end_s, distance (veh·m), time (veh·s), flow, density, speed (m/s; NaN while
     the network is empty), delay (veh·s), queue (veh, on links at the end of the bin).
+
+    Raises :class:`uxsim_geo.errors.InputError` if the states are not those of each of their links
+    in each bin, in that order, or of links that the network lacks.
     """
-    ids = states["link_id"].unique().astype(str)
-    links = network.links[network.links["link_id"].astype(str).isin(ids)]
-    lane_length = float((links["length"] * links["lanes"]).sum())
-    bins = len(states) // len(ids)
+    grid = StateGrid.of(states)
+    return states_of_part(grid, lane_lengths(grid, network), np.arange(len(grid.link_ids)))
 
-    def by_bin(column: str) -> Floats:
-        sums: Floats = states[column].to_numpy(float).reshape(-1, bins).sum(axis=0)
-        return sums
 
-    begin, end = (states[name].to_numpy(float)[:bins] for name in ("begin_s", "end_s"))
-    distance, time = by_bin("distance"), by_bin("time")
+def lane_lengths(grid: StateGrid, network: Network) -> Floats:
+    """Length times lanes of the links of a grid, m; errors as of :meth:`StateGrid.rows_in`."""
+    links = network.links.iloc[grid.rows_in(network)]
+    lengths: Floats = (links["length"] * links["lanes"]).to_numpy(float)
+    return lengths
+
+
+def states_of_part(grid: StateGrid, lanes_m: Floats, part: Integers) -> pd.DataFrame:
+    """The table of :func:`network_states`, of the links in some rows of a grid.
+
+    ``lanes_m`` are the :func:`lane_lengths` of all its links.
+    """
+    names = ("distance", "time", "delay", "queue")
+    sums = {name: grid.values(name)[part].sum(axis=0) for name in names}
+    area = lanes_m[part].sum() * (grid.end - grid.begin)
     return pd.DataFrame(
         {
-            "begin_s": begin,
-            "end_s": end,
-            "distance": distance,
-            "time": time,
-            **edie_states(distance, time, lane_length * (end - begin)),
-            "delay": by_bin("delay"),
-            "queue": by_bin("queue"),
+            "begin_s": grid.begin,
+            "end_s": grid.end,
+            "distance": sums["distance"],
+            "time": sums["time"],
+            **edie_states(sums["distance"], sums["time"], area),
+            "delay": sums["delay"],
+            "queue": sums["queue"],
         }
     )
 

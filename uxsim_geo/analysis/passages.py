@@ -25,7 +25,7 @@ limit was lifted do so as fast as the road then lets them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -74,7 +74,7 @@ class Passages:
     before), free_speed (m/s, its own: the limit in force when it entered, else that of the link),
     first (per link and one more: where its passages begin), geometry (of the links), held_by (the
     last passage before it that is no faster, as :func:`last_no_faster` tells; None: there were no
-    speed limits), end (of the simulation, s).
+    speed limits), end (of the simulation, s), events (the table that they were made of).
     """
 
     link: Integers
@@ -88,6 +88,23 @@ class Passages:
     geometry: LinkGeometry
     held_by: Integers | None
     end: float
+    events: pd.DataFrame = field(repr=False, compare=False)
+
+    @classmethod
+    def at_hand(cls, passages: Passages | None, result: Result, network: Network) -> Passages:
+        """Those that somebody has at hand, or new ones.
+
+        Raises :class:`uxsim_geo.errors.InputError` if they are those of another result, and as
+        :meth:`of`.
+        """
+        if passages is None:
+            return cls.of(result, network)
+        if passages.events is not result.events:
+            faults = Faults()
+            what = "are those of another result: make them of this one, or leave them out"
+            faults.add(what, column="passages")
+            faults.raise_if_any()
+        return passages
 
     @classmethod
     def of(cls, result: Result, network: Network) -> Passages:
@@ -120,6 +137,7 @@ class Passages:
             geometry=geometry,
             held_by=last_no_faster(own, first, np.unique(limited)) if limited.size else None,
             end=result.settings.duration,
+            events=events,
         )
 
     def positions(self, rows: Integers, times: Floats) -> Floats:

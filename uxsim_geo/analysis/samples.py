@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 import numpy.typing as npt
 
+from uxsim_geo.analysis.bins import numbers_of
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.table_size import MOST_BINS, MOST_SAMPLES, check_rows, shortest_step
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 
@@ -30,9 +33,16 @@ class Samples:
 
     @classmethod
     def of(cls, passages: Passages, interval: float, duration: float) -> Samples:
-        """Look at every passage at multiples of ``interval``, s, before ``duration``, s."""
+        """Look at every passage at multiples of ``interval``, s, before ``duration``, s.
+
+        Raises :class:`uxsim_geo.errors.InputError` for an interval that is no finite number above
+        0, or so short that there are more than a million moments or 50 million samples.
+        """
+        check_step("interval", interval, duration)
         moments = np.arange(int(np.ceil(duration / interval))) * np.float64(interval)
         rows, moments = np.arange(passages.link.size), moments[moments < duration]
+        samples = int(seen_at(passages, rows, moments)[1].sum())
+        check_rows(samples, MOST_SAMPLES, "interval", "take a longer one", interval)
         return cls.at(passages, rows, moments, interval=interval, end=duration)
 
     @classmethod
@@ -63,10 +73,14 @@ class Samples:
     def of_share(self, passages: Passages, share: float) -> Samples:
         """The samples of a share of the platoons, spread evenly over them as they depart.
 
-        Shown are those at which the sum of shares comes to the next whole number.
+        Shown are those at which the sum of shares comes to the next whole number; if none of them
+        is on a link at any moment, of a share above 0 the first that is.
         """
         vehicle = passages.vehicle[self.row]
-        return self.where(np.floor((vehicle + 1) * share) > np.floor(vehicle * share))
+        chosen = np.floor((vehicle + 1) * share) > np.floor(vehicle * share)
+        if share > 0 and vehicle.size and not chosen.any():
+            chosen = vehicle == vehicle.min()
+        return self.where(chosen)
 
     def where(self, chosen: npt.NDArray[np.bool_]) -> Samples:
         """The samples for which ``chosen`` holds; shape (samples,)."""
@@ -79,13 +93,25 @@ class Samples:
         )
 
 
+def check_step(name: str, step: float, duration: float) -> None:
+    """Raise :class:`uxsim_geo.errors.InputError` for a step, s, that is none, or makes too many."""
+    faults = Faults()
+    if not isinstance(step, Real) or not 0 < step < float("inf"):
+        faults.add("must be a finite number of seconds above 0", column=name, value=step)
+    elif duration / float(step) > MOST_BINS:
+        shortest = shortest_step(duration, MOST_BINS)
+        what = f"makes more than {MOST_BINS:,} moments: take {shortest:g} s or more"
+        faults.add(what, column=name, value=step)
+    faults.raise_if_any()
+
+
 def checked_moments(times: npt.ArrayLike, duration: float) -> Floats:
     """Moments as an array, s, in the order given; shape (moments,).
 
     Raises :class:`uxsim_geo.errors.InputError` if there are none, or for each that does not lie
     between 0 and ``duration``.
     """
-    moments = np.atleast_1d(np.asarray(times, dtype=float))
+    moments = np.atleast_1d(numbers_of(times, "times"))
     faults = Faults()
     if moments.size == 0:
         faults.add("is empty: name one moment at least", column="times")

@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.bins import numbers_of
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.subsets import link_rows, named_rows, names_of, node_rows
@@ -191,7 +192,8 @@ def _inside(times: pd.Series, between: tuple[float, float] | None) -> Booleans:
     """Whether each moment lies from the first of two on and before the second."""
     if between is None:
         return np.ones(len(times), bool)
-    begin, end = between
+    asked = numbers_of(between, "between")
+    begin, end = asked if asked.shape == (2,) else (np.nan, np.nan)
     if not begin < end:
         faults = Faults()
         faults.add("must be an earlier and a later moment, s", column="between", value=between)

@@ -12,15 +12,14 @@ import pandas as pd
 from uxsim_geo.analysis.bins import bin_edges, bin_of
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.subsets import named_rows, names_of, node_rows
+from uxsim_geo.analysis.table_size import MOST_SKIMS, check_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.paths import Paths
 from uxsim_geo.result import Result
-
-#: rows of a table of skims; more would take several GB
-MOST_ROWS = 20_000_000
 
 
 def skims(
@@ -126,10 +125,7 @@ def _fastest(paths: Paths, link_time: npt.ArrayLike, ends: tuple[Integers, Integ
 
 def _check_size(ends: tuple[Integers, Integers], edges: Floats) -> None:
     rows = len(ends[0]) * len(ends[1]) * (len(edges) - 1)
-    faults = Faults()
-    if rows > MOST_ROWS:
-        faults.add(f"makes {rows:,} rows: choose fewer nodes, or longer bins", column="nodes")
-    faults.raise_if_any()
+    check_rows(rows, MOST_SKIMS, "nodes", "choose fewer nodes, or longer bins")
 
 
 def _times_by_slice(
@@ -138,14 +134,12 @@ def _times_by_slice(
     """Time to drive each link at its speed in each slice, s; shape (slices, links)."""
     if states is None:
         states = link_times(result, network, bin_s=edges)
-    begin = np.tile(edges[:-1], len(network.links))
-    if not np.array_equal(begin, states["begin_s"].to_numpy(float)):
+    grid = StateGrid.of_all(states, network)
+    if not np.array_equal(grid.begin, edges[:-1]):
         faults = Faults("states")
-        faults.add("must hold all links of the network in all bins of bin_s", column="begin_s")
+        faults.add("must be of the time bins of bin_s", column="begin_s")
         faults.raise_if_any()
-    times = states["instantaneous_travel_time"].to_numpy(float)
-    by_slice: Floats = times.reshape(len(network.links), -1).T
-    return by_slice
+    return grid.values("instantaneous_travel_time").T
 
 
 def _long_form(

@@ -8,7 +8,7 @@ import numpy as np
 
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.types import Floats, Integers
-from uxsim_geo.network.diagram import effective_capacity
+from uxsim_geo.network.diagram import effective_capacity, storage
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -38,14 +38,21 @@ def times_without_room(passages: Passages, network: Network, settings: Settings)
         t = max( D(E − S) + T_w,  exit of the vehicle E − S + n' )
 
     If t is later than the headway, the link counts as full from the entry until t: its start lies
-    in a queue that moves below capacity.
+    in a queue that moves below capacity. It never counts so beyond the next entry.
     """
     gaps = _Gaps.of(passages, network, settings)
     link, enter = passages.link, passages.enter
     headway = passages.vehicles / effective_capacity(network.links, settings.reaction_time)[link]
     opens = np.maximum(gaps.hole(passages), gaps.exits(passages))
     full = opens > enter + headway + ROUNDING
-    return Closures(link[full], enter[full], opens[full])
+    return Closures(link[full], enter[full], np.minimum(opens, _next_entry(passages))[full])
+
+
+def _next_entry(passages: Passages) -> Floats:
+    """When the next platoon has entered the link after each passage, s; inf: none has."""
+    entry = np.append(passages.enter[1:], np.inf)[: len(passages.link)]
+    entry[passages.first[1:][np.diff(passages.first) > 0] - 1] = np.inf
+    return entry
 
 
 class _Gaps(NamedTuple):
@@ -77,11 +84,11 @@ class _Gaps(NamedTuple):
     def of(cls, passages: Passages, network: Network, settings: Settings) -> _Gaps:
         link, first = passages.link, passages.first[passages.link]
         geometry = passages.geometry
-        storage = np.maximum(settings.platoon_size, geometry.length / geometry.space_shift)[link]
+        fits = storage(network.links, settings.platoon_size)[link]
         follows = np.concatenate((link[1:] == link[:-1], [False]))[: len(link)]
         following = np.append(passages.vehicles[1:], 0.0)[: len(link)]
         following = np.where(follows, following, float(settings.platoon_size))
-        surplus = passages.ahead + passages.vehicles - storage
+        surplus = passages.ahead + passages.vehicles - fits
         total = np.cumsum(passages.vehicles)
         before = (total - passages.vehicles)[first]
         number = np.searchsorted(total, before + surplus, side="left") + 1

@@ -6,7 +6,7 @@ class, ``np.flatnonzero(result.trips["class"] == "truck")``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -33,9 +33,10 @@ def chosen_vehicles(trips: pd.DataFrame, vehicles: npt.ArrayLike | None) -> Bool
         what = "must hold rows of the trips, whole numbers"
         faults.add(what, column="vehicles", value=rows.dtype)
     else:
-        for row in np.unique(rows[(rows < 0) | (rows >= len(trips))]):
-            what = f"there is no such trip: they are 0 to {len(trips) - 1}"
-            faults.add(what, column="vehicles", value=row)
+        absent = np.unique(rows[(rows < 0) | (rows >= len(trips))])
+        if absent.size:
+            what = f"{absent.size:,} of them are no trips: those are 0 to {len(trips) - 1:,}"
+            faults.add(what, column="vehicles", value=", ".join(map(str, absent[:20])))
     faults.raise_if_any()
     chosen = np.zeros(len(trips), bool)
     chosen[rows] = True
@@ -48,9 +49,12 @@ def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> In
     ``argument`` is what the user calls the names, such as ``links``. Raises
     :class:`uxsim_geo.errors.InputError` if there are none, or with all that are not known.
     """
+    faults = Faults()
+    if not isinstance(names, Iterable):
+        faults.add("must be a name, or several", column=argument, value=names)
+    faults.raise_if_any()
     asked = list(dict.fromkeys([names] if isinstance(names, str) else names))
     rows = known.get_indexer(pd.Index(asked, dtype=object))
-    faults = Faults()
     if not asked:
         faults.add("is empty: name one at least", column=argument)
     for name, row in zip(asked, rows, strict=True):
@@ -60,8 +64,21 @@ def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> In
     return np.sort(rows).astype(np.int64)
 
 
+def rows_in_order(network: Network, links: Sequence[str]) -> Integers:
+    """Rows of the links table of some link_ids, one for each, in the order in which they are given.
+
+    Raises :class:`uxsim_geo.errors.InputError` if there are none, or with all that are not there.
+    """
+    known = pd.Index(network.links["link_id"].astype(str))
+    named_rows(links, known, "links")
+    return known.get_indexer(pd.Index(links, dtype=object)).astype(np.int64)
+
+
 def rows_of_links(network: Network, links: str | Iterable[str] | None) -> Integers:
-    """Rows of the links table of some link_ids (None: all), ascending; errors as there."""
+    """Rows of the links table of some link_ids (None: all), ascending and once each.
+
+    Errors as of :func:`named_rows`.
+    """
     if links is None:
         return np.arange(len(network.links))
     return named_rows(links, pd.Index(network.links["link_id"].astype(str)), "links")

@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.bins import MOST_BINS
 from uxsim_geo.analysis.passages import Passages
-from uxsim_geo.analysis.samples import Samples, checked_moments, numbered_from, seen_at
+from uxsim_geo.analysis.samples import Samples, check_step, checked_moments, numbered_from, seen_at
 from uxsim_geo.analysis.subsets import check_links, chosen_vehicles, named_rows, names_of
+from uxsim_geo.analysis.table_size import MOST_SAMPLES, check_rows
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
@@ -58,8 +58,8 @@ def trajectories(  # noqa: PLR0913 -- three ways to choose, by keyword alone
 
     Raises :class:`uxsim_geo.errors.InputError` unless either ``times`` or ``step_s`` is given, for
     moments outside of the simulation, for a step that is not above 0 or makes more than a million
-    moments, if ``vehicles`` or ``links`` are empty or not there, or if the result is of another
-    network.
+    moments, for a table of over 50 million rows, if ``vehicles`` or ``links`` are empty or not
+    there, or if the result is of another network.
     """
     duration = result.settings.duration
     moments = _moments(times, step_s, duration)
@@ -129,16 +129,11 @@ def _moments(times: npt.ArrayLike | None, step_s: float | None, duration: float)
     faults = Faults()
     if (times is None) == (step_s is None):
         faults.add("give either times or step_s", column="times")
-    elif step_s is not None:
-        if not 0 < step_s < float("inf"):
-            faults.add("must be a finite number of seconds above 0", column="step_s", value=step_s)
-        elif duration / step_s > MOST_BINS:
-            what = f"makes more than {MOST_BINS:,} moments: take {duration / MOST_BINS:g} s or more"
-            faults.add(what, column="step_s", value=step_s)
     faults.raise_if_any()
     if step_s is None:
         assert times is not None
         return np.unique(checked_moments(times, duration))
+    check_step("step_s", step_s, duration)
     steps = np.arange(np.floor(duration / step_s + 1e-9) + 1)
     return np.minimum(steps * step_s, duration)
 
@@ -168,6 +163,8 @@ def _columns(
     """The table's columns, filled block by block; link is the row of the links."""
     counts = seen_at(passages, rows, moments)[1]
     total = int(counts.sum())
+    instead = "take fewer moments (a longer step_s), vehicles or links"
+    check_rows(total, MOST_SAMPLES, "times", instead)
     columns: dict[str, Any] = {name: np.empty(total, np.int32) for name in ("vehicle", "link")}
     named = ("time_s", "position", "speed") + (() if lines is None else ("x", "y"))
     columns |= {name: np.empty(total) for name in named}

@@ -15,13 +15,12 @@ from uxsim_geo.engine import records
 from uxsim_geo.engine.population import weight_of_update
 from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
 from uxsim_geo.engine.ways import arc_records, incoming_records, vertex_records
-from uxsim_geo.network.diagram import effective_capacity
+from uxsim_geo.network.diagram import effective_capacity, storage
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.paths import Paths
 from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
-_STORAGE_DIGITS = 6  # of a vehicle
 _EVENT_BUFFER = 1 << 14  # rows
 Records = npt.NDArray[Any]
 
@@ -137,9 +136,7 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     )
     headway = 1.0 / effective_capacity(links, settings.reaction_time)
     link["entry_headway"] = link["exit_headway"] = headway
-    # what is whole on paper must be whole here: a hair less would cost a whole platoon
-    storage = np.round(road["length"] / road["spacing"], _STORAGE_DIGITS)
-    link["storage"] = np.maximum(settings.platoon_size, storage)
+    link["storage"] = storage(links, settings.platoon_size)
     link["merge_priority"] = links["merge_priority"]
     link["key"] = text_keys(links["link_id"].astype(str))
     link["base"] = np.arange(count) * _FIRST_RING

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,6 +45,13 @@ def draw_reds(figure: Figure, lengths: Floats, reds: Sequence[Reds]) -> None:
     # not cut off by the frame: the last signal stands on it
     marks = LineCollection(lines, colors=RED, linewidths=2.5, zorder=5, clip_on=False)
     figure.axes[0].add_collection(marks, autolim=False)
+
+
+def note_nobody(axes: Axes) -> None:
+    """Say in the middle of empty axes that they are so because nobody drove."""
+    style: dict[str, Any] = {"ha": "center", "va": "center", "color": "#5f5f5f", "zorder": 4}
+    style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 2.0}
+    axes.text(0.5, 0.5, "nobody drove", transform=axes.transAxes, **style)
 
 
 def title_of_links(link_ids: Sequence[str]) -> str:

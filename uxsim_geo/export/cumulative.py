@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from uxsim_geo.analysis.cumulative import curves_of_passages
 from uxsim_geo.analysis.passages import Passages
-from uxsim_geo.export.trajectories import rows_of_links
+from uxsim_geo.analysis.subsets import rows_in_order
+from uxsim_geo.export.corridor import note_nobody
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -30,12 +31,12 @@ def cumulative_figure(
 ) -> Figure:
     """Draw the numbers of vehicles that have entered and left a link, and those that queue between.
 
-    ``duration`` is how far the simulation has come, s; ``size`` in inches. Raises ValueError if
-    the link is not in the network.
+    ``duration`` is how far the simulation has come, s; ``size`` in inches. Raises
+    :class:`uxsim_geo.errors.InputError` if the link is not in the network.
     """
     from matplotlib.figure import Figure
 
-    (link,) = rows_of_links(network, [link_id])
+    (link,) = rows_in_order(network, [link_id])
     table = curves_of_passages(passages, int(link))
     time = table["time_s"].to_numpy()
     figure = Figure(figsize=size, layout="constrained")
@@ -47,6 +48,8 @@ def cumulative_figure(
     axes.set(title=f"link {link_id}", xlabel="time, s", ylabel="vehicles since the start")
     axes.set(xlim=(0, duration), ylim=(0, None))
     axes.grid(color="#e6e6e6", linewidth=0.6)
+    if not table["entries"].any():
+        note_nobody(axes)
     # beside the axes: there is no corner that the curves of every link leave free
     figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize="small")
     return figure

@@ -10,8 +10,8 @@ import pandas as pd
 
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.colours import NEUTRAL
-from uxsim_geo.export.map_plane import MapPlane, round_below
-from uxsim_geo.export.map_sheet import INK, MapSheet
+from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.map_sheet import INK, MapSheet, in_words, legend_steps
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import TIMES
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 MOST = 100  # pairs that the eye can tell apart
 BOW = 0.12  # of a line's length
+LEAST_DELAY = 1e-3  # min; less is none, and makes no scale
 POINTS = 21  # of a line
 THIN, WIDE = 0.5, 6.0  # lines of the largest pairs, points
 
@@ -42,12 +43,12 @@ def desire_lines_figure(
 
     ``od`` comes from :func:`uxsim_geo.analysis.od.od_table`; classes and slices of time are taken
     together. Vehicles are those who have departed, with their delay so far. The ``most`` largest
-    pairs are drawn so, all others thin and grey below them (of equal ones the later in the
-    table). Lines bow to the right of their
-    direction, so that both directions show; trips within a node have none. Raises ValueError if
-    the network has no geometry or lacks a node of the table.
+    pairs are drawn so, all others thin and grey below them; of equal ones as many as there is room
+    for, spread evenly over the table. Lines bow to the right of their direction, so that both
+    directions show; trips within a node have none. Raises ValueError if the network has no geometry
+    or lacks a node of the table.
     """
-    pairs = _pairs(network, od)
+    pairs = _pairs(network, od, most)
     plane = MapPlane.of(network)
     lines = _curves(plane.points[pairs.origin], plane.points[pairs.destination])
     sheet = MapSheet.around(plane, title, _extent(plane, lines))
@@ -62,7 +63,7 @@ def desire_lines_figure(
     return sheet.figure
 
 
-def _pairs(network: Network, od: pd.DataFrame) -> _Pairs:
+def _pairs(network: Network, od: pd.DataFrame, most: int) -> _Pairs:
     """Sum classes and slices; without pairs of one place, and those of whom nobody departed."""
     ends = ("origin", "destination")
     names = {end: od[end].astype(str).to_numpy() for end in ends}
@@ -78,12 +79,32 @@ def _pairs(network: Network, od: pd.DataFrame) -> _Pairs:
     if min(origin.min(initial=0), destination.min(initial=0)) < 0:
         raise ValueError("the table names nodes that the network lacks")
     vehicles, delay = (table[name].to_numpy(float) for name in table.columns)
-    order = np.argsort(vehicles, kind="stable")
-    order = order[origin[order] != destination[order]]
+    apart = np.flatnonzero(origin != destination)
+    order = apart[_largest_last(vehicles[apart], most)]
     mean = delay[order] / vehicles[order]
     return _Pairs(
         origin[order].astype(np.int64), destination[order].astype(np.int64), vehicles[order], mean
     )
+
+
+def _largest_last(vehicles: Floats, most: int) -> Integers:
+    """Places of the pairs from the smallest on, in such an order that the last ``most`` are shown.
+
+    Of equal ones at that limit those are shown that are spread evenly over the table: its last ones
+    would all come from the same few origins.
+    """
+    order = np.argsort(vehicles, kind="stable").astype(np.int64)
+    first = len(order) - most
+    if first <= 0:
+        return order
+    limit = vehicles[order[first]]
+    begin, end = (int(np.searchsorted(vehicles[order], limit, side)) for side in ("left", "right"))
+    wanted = end - first
+    shown = np.zeros(end - begin, bool)
+    shown[((np.arange(wanted) + 0.5) * len(shown) / wanted).astype(np.int64)] = True
+    equal = order[begin:end]
+    order[begin:end] = np.concatenate([equal[~shown], equal[shown]])
+    return order
 
 
 def _curves(start: Floats, end: Floats) -> Floats:
@@ -117,12 +138,13 @@ def _draw_largest(sheet: MapSheet, lines: Floats, pairs: _Pairs, first: int) -> 
     from matplotlib.colors import Normalize
 
     minutes = pairs.delay[first:] / TIMES["min"]
+    longest = float(minutes.max(initial=0.0))
     vehicles = pairs.vehicles[first:]
     collection = LineCollection(
         list(lines),
         array=minutes,
         cmap=_colours(),
-        norm=Normalize(0.0, max(float(minutes.max(initial=0.0)), 1e-3)),
+        norm=Normalize(0.0, longest if longest > LEAST_DELAY else 1.0),
         linewidths=_widths(vehicles, float(vehicles.max(initial=0.0))),
         alpha=0.85,
         zorder=2.5,
@@ -161,18 +183,17 @@ def _draw_legend(sheet: MapSheet, pairs: _Pairs, first: int) -> None:
     if not len(pairs.vehicles):
         sheet.note("nobody has departed")
         return
-    top = round_below(float(pairs.vehicles[-1]))
-    shown = (top / 5, top / 2, top)
+    shown = legend_steps(pairs.vehicles)
     widths = _widths(shown, float(pairs.vehicles[-1]))
     handles = [Line2D([], [], color=INK, linewidth=width) for width in widths]
     labels = [f"{number:,.4g}" for number in shown]
     if first:
         handles.append(Line2D([], [], color=NEUTRAL, linewidth=1.0))
-        labels.append("smaller pairs")
+        labels.append("other pairs")
     sheet.legend(handles, labels, "vehicles of a pair")
     share = pairs.vehicles[first:].sum() / pairs.vehicles.sum()
     sheet.note(
-        f"{len(pairs.vehicles) - first:,} largest of\n{len(pairs.vehicles):,} pairs,\n"
+        f"{len(pairs.vehicles) - first:,} of {in_words(len(pairs.vehicles), 'pair')},\n"
         f"{100 * share:.0f} % of vehicles.\nLines bow to the right\nof their direction"
         f"{'.' if sheet.names_nodes else ',' + chr(10) + 'dots are their ends.'}"
     )

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 ENDINGS = (".gif", ".mp4")
 DPI = 100
+MOST_PICTURES = 20_000  # over half an hour of 100 ms each, and hours to draw
 
 #: told which share of the pictures is done, 0 to 1
 Progress = Callable[[float], None]
@@ -57,6 +58,16 @@ def write_film(
             return
         with temporary.open("wb") as file:
             write_gif(file, shown, frame_ms)
+
+
+def check_pictures(pictures: float, column: str, value: float | None) -> None:
+    """Raise :class:`uxsim_geo.errors.InputError` for more pictures than a film may have.
+
+    ``column`` and ``value`` are what they follow from.
+    """
+    if pictures > MOST_PICTURES:
+        what = f"makes {pictures:,.0f} pictures, of at most {MOST_PICTURES:,}: take a longer one"
+        raise InputError([Fault(what, column=column, value=value)])
 
 
 def check_film(path: Path, frame_ms: float) -> None:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.subsets import rows_in_order
 from uxsim_geo.analysis.types import Floats
-from uxsim_geo.export.trajectories import rows_of_links
+from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.export.corridor import note_nobody
 from uxsim_geo.network.diagram import diagram_capacity, effective_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import PER_HOUR, PER_KM
@@ -37,19 +39,22 @@ def fundamental_diagram_figure(
     ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. Diagrams are those of
     whole links: up at free speed u to the capacity Q = m u κ / (1 + u τ κ), down to the jam
     density m κ, cut off (dashed) where a lower capacity is given. ``reaction_time`` is τ, s. Raises
-    ValueError if a link is not in the network, or for more links than can be told apart.
+    :class:`uxsim_geo.errors.InputError` if a link is not in the network, or for more links than can
+    be told apart.
     """
     from matplotlib.figure import Figure
 
     if len(link_ids) > MOST_LINKS:
-        raise ValueError(f"at most {MOST_LINKS} links can be told apart, not {len(link_ids)}")
-    rows = rows_of_links(network, link_ids)
+        what = f"at most {MOST_LINKS} links can be told apart"
+        raise InputError([Fault(what, column="links", value=len(link_ids))])
+    rows = rows_in_order(network, link_ids)
     figure = Figure(figsize=(7.0, 5.2), layout="constrained")
     axes = figure.add_subplot()
     _draw_diagrams(axes, network.links.iloc[rows], reaction_time)
     for number, name in enumerate(link_ids):
         own = states[states["link_id"].astype(str) == name]
-        style: dict[str, Any] = {"s": 22, "linewidths": 0.4, "zorder": 3}
+        # points at zero stand on the axes, whole
+        style: dict[str, Any] = {"s": 22, "linewidths": 0.4, "zorder": 3, "clip_on": False}
         style |= {"marker": MARKERS[number // len(COLOURS)], "c": COLOURS[number % len(COLOURS)]}
         points = own["density"] * PER_KM, own["flow"] * PER_HOUR
         axes.scatter(*points, edgecolors="white", label=f"link {name}", **style)
@@ -57,6 +62,9 @@ def fundamental_diagram_figure(
     axes.set(xlabel="density, veh/km of the link", ylabel="flow, veh/h of the link")
     axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.set_axisbelow(True)
+    chosen = states["link_id"].astype(str).isin(list(link_ids))
+    if not (states["time"].to_numpy(float)[chosen] > 0).any():
+        note_nobody(axes)
     columns = min(len(axes.get_legend_handles_labels()[1]), 4)
     figure.legend(loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
     return figure

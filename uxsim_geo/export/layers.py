@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.link_states import link_totals
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import NODE_COLUMNS, NOTE_COLUMNS, Network
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
@@ -29,7 +30,10 @@ def links_layer(
     queue_veh and queue_m are the largest at the end of a time bin. capacity_vph is the given one,
     effective_capacity_vph what holds: the lower of that and the diagram's for ``reaction_time`` in
     seconds (empty where that is None).
+
+    Raises :class:`uxsim_geo.errors.InputError` unless states are those of all links in all bins.
     """
+    StateGrid.of_all(states, network)
     links, totals = network.links.reset_index(drop=True), link_totals(states)
     layer = links[["link_id", "from_node_id", "to_node_id", "name", "road_class"]].copy()
     layer["length_m"] = links["length"]
@@ -51,7 +55,7 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
 
     end lies one second before the next begin, so that a temporal map shows one bin at a time.
     """
-    bins = len(states) // len(network.links)
+    bins = len(StateGrid.of_all(states, network).begin)
     links = pd.DataFrame(
         {
             name: np.repeat(network.links[name].array, bins)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
-from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.map_plane import MapPlane, round_below
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ LONGER_SIDE = (7.5, 11.0)  # of the map, inches: the more crowded, the larger
 SHORTEST = (3.2, 4.2)  # width and height of the map, inches: room for what stands beside
 LEFT, BOTTOM, TOP, SIDE = 0.2, 0.6, 0.55, 1.95  # around the map, inches
 BAR = (0.45, 0.18, 0.5)  # colour bar: beside the map and its width, inches; its height, of the map
+NORTH = (3.0, 13.0, 35.0)  # below the map: N, tip and tail of its arrow, points
 ROOM = 8.0  # between two junctions of a map that may stay small, points
 THINNEST = 0.4  # line of a used link on a crowded map, points
 LABELLED_NODES = 60  # more would cover the map
@@ -133,16 +134,18 @@ class MapSheet:
         across = axes.get_xaxis_transform()
         axes.plot([x0, x0 + length], [-0.012, -0.012], transform=across, linewidth=1.5, **line)
         axes.text(x0 + length / 2, -0.02, name, transform=across, fontsize=8, ha="center", va="top")
-        place: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        arrow = {
-            "arrowstyle": "-|>",
-            "color": "black",
-            "linewidth": 1.0,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        }
-        axes.annotate("", (0.97, 0.0), (0, -22), arrowprops=arrow, annotation_clip=False, **place)
-        axes.annotate("N", (0.97, 0.0), (0, 2), fontsize=8, ha="center", va="bottom", **place)
+        self._draw_north()
+
+    def _draw_north(self) -> None:
+        """An arrow and its N below the map's right end, on no line of the map."""
+        axes = self.axes
+        height = axes.get_position().height * self.figure.get_size_inches()[1] * POINTS_PER_INCH
+        letter, tip, tail = (-points / height for points in NORTH)
+        style: dict[str, Any] = {"xycoords": "axes fraction", "annotation_clip": False}
+        arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.0}
+        arrow |= {"shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", (0.97, tip), (0.97, tail), arrowprops=arrow, **style)
+        axes.annotate("N", (0.97, letter), fontsize=8, ha="center", va="top", **style)
 
     def colour_bar(self, artist: ScalarMappable, label: str, **style: Any) -> None:
         """Draw what the colours mean beside the lower half of the map."""
@@ -209,6 +212,21 @@ def _circle(plane: MapPlane, units_per_point: float, widest: float) -> float:
         return widest
     nearest = KDTree(points).query(points, k=2)[0][:, 1].min() / units_per_point
     return float(np.clip(nearest - 1.0, 0.75 * widest, widest))
+
+
+def in_words(number: int, what: str) -> str:
+    """A number of things: 1 vehicle, 2 vehicles."""
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def legend_steps(values: Floats) -> Floats:
+    """Up to three round numbers that show how wide lines are; of whole numbers no parts of one."""
+    largest = float(values.max(initial=0.0))
+    if largest <= 0:
+        return np.empty(0)
+    top = round_below(largest)
+    steps = np.array([top / 5, top / 2, top])
+    return steps[steps >= 1] if (values == np.rint(values)).all() else steps
 
 
 def points_of(lines: npt.NDArray[Any]) -> list[Floats]:

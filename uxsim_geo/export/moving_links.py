@@ -7,8 +7,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
-from uxsim_geo.export.film import MovingMap, Progress, add_clock, check_film, clock, write_film
+from uxsim_geo.export.film import (
+    MovingMap,
+    Progress,
+    add_clock,
+    check_film,
+    check_pictures,
+    clock,
+    write_film,
+)
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
 from uxsim_geo.network.network import Network
 
@@ -28,18 +37,20 @@ def animate_links(
     ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`; a link at jam density
     is as wide as a link can be, and the slowest lie on top. The ending of ``path`` is .gif or .mp4;
     a picture lasts ``frame_ms``; ``progress`` is told the share that is done. Raises
-    :class:`uxsim_geo.errors.InputError` for a film that cannot be written, and ValueError if the
-    network has no geometry.
+    :class:`uxsim_geo.errors.InputError` for a film that cannot be written or states that are not
+    those of all links in all bins, and ValueError if the network has no geometry.
     """
     from matplotlib.collections import LineCollection
 
     check_film(path, frame_ms)
+    grid = StateGrid.of_all(states, network)
+    check_pictures(len(grid.begin), "bin_s", float(grid.end[0] - grid.begin[0]))
     sheet = MapSheet.of(network, "")
     roads = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
     sheet.draw_roads(roads)
     sheet.draw_scale()
-    share, percent = _shares(network, states)
-    begin, end = (states[name].to_numpy(float)[: share.shape[1]] for name in ("begin_s", "end_s"))
+    share, percent = _shares(network, grid)
+    begin, end = grid.begin, grid.end
     lines = points_of(roads)
     colours, norm = speed_scale()
     traffic = LineCollection([], cmap=colours, norm=norm, capstyle="butt", zorder=2)
@@ -59,13 +70,11 @@ def animate_links(
     write_film(MovingMap(sheet, (traffic, time), draw, begin.size), path, frame_ms, progress)
 
 
-def _shares(network: Network, states: pd.DataFrame) -> tuple[Floats, Floats]:
+def _shares(network: Network, grid: StateGrid) -> tuple[Floats, Floats]:
     """Density as a share of that of a jam, and percent of free speed; shape (links, bins)."""
     links = network.links
     jam = (links["jam_density"] * links["lanes"]).to_numpy(float)[:, None]
-    density, speed = (
-        states[name].to_numpy(float).reshape(len(links), -1) for name in ("density", "speed")
-    )
+    density, speed = grid.values("density"), grid.values("speed")
     percent = np.minimum(100 * speed / links["free_speed"].to_numpy(float)[:, None], 100.0)
     return np.minimum(density / jam, 1.0), percent
 

@@ -15,7 +15,15 @@ from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
-from uxsim_geo.export.film import MovingMap, Progress, add_clock, check_film, clock, write_film
+from uxsim_geo.export.film import (
+    MovingMap,
+    Progress,
+    add_clock,
+    check_film,
+    check_pictures,
+    clock,
+    write_film,
+)
 from uxsim_geo.export.map_sheet import INK, MapSheet, speed_scale
 from uxsim_geo.export.trails import trails
 from uxsim_geo.network.network import Network
@@ -45,25 +53,31 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     lines of the links over the last ``trail`` pictures; 0: none. The ending of ``path`` is .gif or
     .mp4; a picture lasts ``frame_ms``; ``progress`` is told the share that is done.
 
-    Raises :class:`uxsim_geo.errors.InputError` for a film that cannot be written, or without any
-    sample, or for a trail below 0, and ValueError if the network has no geometry.
+    Without any sample the clock runs over the empty roads of the whole simulation.
+
+    Raises :class:`uxsim_geo.errors.InputError` for a film that cannot be written or has too many
+    pictures, or for a trail below 0, and ValueError if the network has no geometry.
     """
     check_film(path, frame_ms)
-    _check(samples, trail)
+    _check_trail(trail)
+    number, moments = _moments(samples, passages.end)
+    check_pictures(moments.size, "interval", samples.interval)
     sheet = MapSheet.of(network, "")
     roads = sheet.beside(np.full(len(sheet.plane.lines), _dot_size(sheet)))
     sheet.draw_roads(roads)
     sheet.draw_scale()
     lines = LinkLines.of(roads)
-    number, moments = _moments(samples)
     dots = _dots(sheet)
-    places = _places(passages, samples, lines, number)
+    places = _places(passages, samples, lines, number, moments.size)
     fading = _trails(sheet)
     rows = np.flatnonzero(np.isin(passages.vehicle, passages.vehicle[samples.row]))
     driven = trails(passages, lines, rows, moments)
     latest: deque[list[Floats]] = deque(maxlen=trail)
     time = add_clock(sheet)
-    _draw_legend(sheet, passages, trail * samples.interval)
+    if samples.time.size:
+        _draw_legend(sheet, passages, trail * samples.interval)
+    else:
+        sheet.note("nobody on the way")
 
     def draw(picture: int) -> None:
         latest.append(next(driven))
@@ -77,17 +91,18 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     write_film(film, path, frame_ms, progress)
 
 
-def _check(samples: Samples, trail: int) -> None:
+def _check_trail(trail: int) -> None:
     faults = Faults("film")
-    if samples.time.size == 0:
-        faults.add("no vehicle is on a link at any moment: there is nothing to show")
     if trail < 0:
         faults.add("must be a number of pictures, 0 or more", column="trail", value=trail)
     faults.raise_if_any()
 
 
-def _moments(samples: Samples) -> tuple[Integers, Floats]:
+def _moments(samples: Samples, end: float) -> tuple[Integers, Floats]:
     """The number of each sample's picture, and the moments of all, also those without a sample."""
+    if not samples.time.size:
+        pictures = max(int(np.ceil(end / samples.interval)), 1)
+        return np.empty(0, np.int64), np.arange(pictures) * np.float64(samples.interval)
     start = float(samples.time.min())
     number = np.rint((samples.time - start) / samples.interval).astype(np.int64)
     moments: Floats = start + np.arange(int(number.max()) + 1) * np.float64(samples.interval)
@@ -95,15 +110,15 @@ def _moments(samples: Samples) -> tuple[Integers, Floats]:
 
 
 def _places(
-    passages: Passages, samples: Samples, lines: LinkLines, number: Integers
+    passages: Passages, samples: Samples, lines: LinkLines, number: Integers, pictures: int
 ) -> Iterator[tuple[Floats, Floats]]:
     """For every picture where platoons are on the map, and their speeds, % of free speed."""
     link = passages.link[samples.row]
     free_speed = passages.geometry.free_speed[link]
     percent = np.minimum(100 * samples.speed / free_speed, 100.0)
     slowest_last = np.lexsort((-percent, number))
-    first = np.searchsorted(number[slowest_last], np.arange(int(number.max()) + 2))
-    for picture in range(len(first) - 1):
+    first = np.searchsorted(number[slowest_last], np.arange(pictures + 1))
+    for picture in range(pictures):
         here = slowest_last[first[picture] : first[picture + 1]]
         shares = samples.position[here] / passages.geometry.length[link[here]]
         yield np.stack(lines.points(link[here], shares), axis=1), percent[here]

@@ -5,15 +5,16 @@ Figures are made without pyplot: no window, no state shared between figures.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.state_grid import StateGrid, check_all_links
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC
-from uxsim_geo.export.map_plane import round_below
-from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
+from uxsim_geo.export.corridor import note_nobody
+from uxsim_geo.export.map_sheet import INK, MapSheet, legend_steps, points_of, speed_scale
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import PER_HOUR, PER_KM
 
@@ -35,8 +36,10 @@ def network_state_figure(
     ``totals`` comes from :func:`uxsim_geo.analysis.link_states.link_totals`; where its volume or
     its speed are those of something else, ``volume`` and ``period`` say of what. Each link stands
     to the right of its road, so that both directions show; the slowest lie on top. Raises
-    ValueError if the network has no geometry.
+    ValueError if the network has no geometry, and :class:`uxsim_geo.errors.InputError` unless the
+    totals are those of all its links.
     """
+    check_all_links(pd.Index(totals["link_id"].astype(str)), network, "totals")
     sheet = MapSheet.of(network, title)
     vehicles = totals["volume"].to_numpy(float)
     sheet.draw_roads(sheet.plane.lines[vehicles == 0])
@@ -54,8 +57,10 @@ def network_at_time_figure(
     """Map of the time bin in which ``time`` (s) lies, or of the last: width is vehicles on a link.
 
     ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. Raises ValueError if
-    the network has no geometry.
+    the network has no geometry, and :class:`uxsim_geo.errors.InputError` unless the states are
+    those of all its links in all bins.
     """
+    StateGrid.of_all(states, network)
     here = states[(states["begin_s"] <= time) & (time < states["end_s"])]
     if here.empty:
         here = states[states["end_s"] == states["end_s"].max()]
@@ -82,9 +87,12 @@ def mfd_figure(states: pd.DataFrame, title: str) -> Figure:
     density, flow = states["density"] * PER_KM, states["flow"] * PER_HOUR
     minutes = (states["begin_s"] + states["end_s"]) / 2 / 60
     axes.plot(density, flow, color=NEUTRAL, linewidth=1.0, zorder=1)
-    points = axes.scatter(
-        density, flow, c=minutes, cmap="viridis", s=34, edgecolors="black", linewidths=0.4, zorder=2
-    )
+    # points at zero stand on the axes, whole
+    style: dict[str, Any] = {"cmap": "viridis", "s": 34, "clip_on": False, "zorder": 3}
+    style |= {"edgecolors": "black", "linewidths": 0.4}
+    points = axes.scatter(density, flow, c=minutes, **style)
+    if not density.any():
+        note_nobody(axes)
     axes.set(
         title=title,
         xlabel="density, veh/km per lane",
@@ -133,15 +141,13 @@ def line_widths(sheet: MapSheet, volume: Floats) -> Floats:
 def _draw_width_legend(sheet: MapSheet, volume: Floats, title: str) -> None:
     from matplotlib.lines import Line2D
 
-    largest = float(volume.max(initial=0.0))
-    if largest <= 0:
-        return
-    top = round_below(largest)
-    shown = np.array([top / 5, top / 2, top, largest])
-    widths = line_widths(sheet, shown)[:-1]
+    steps = legend_steps(volume)
+    widths = line_widths(sheet, np.append(steps, volume.max(initial=0.0)))[:-1]
     handles = [Line2D([], [], color=INK, linewidth=width) for width in widths]
-    labels = [f"{number:,.3g}" if number < 10 else f"{number:,.0f}" for number in shown[:-1]]
+    labels = [f"{number:,.3g}" if number < 10 else f"{number:,.0f}" for number in steps]
     if (volume == 0).any():
         handles.append(Line2D([], [], color=NEUTRAL, linewidth=sheet.thin))
         labels.append(NO_TRAFFIC)
-    sheet.legend(handles, labels, title)
+    sheet.legend(handles, labels, title if len(steps) else "")
+    if not len(steps):
+        sheet.note("nobody drove")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
@@ -45,12 +46,13 @@ def space_time_scene(network: Network, states: pd.DataFrame, title: str) -> dict
     ground, colours, title, subtitle, speed_title
         the sheet under the map, and the colours of the classes of speed, which are even
     """
+    grid = StateGrid.of_all(states, network)
     plane = MapPlane.of(network)
-    frame = _Frame.of(plane, float(states["end_s"].max()))
+    frame = _Frame.of(plane, float(grid.end[-1]))
     percent, weight = _percent(network, states), _weight(network, states)
     worth = 100.0 if len(network.links) <= FEW_LINKS else 100 * SPEED_CLASSES[-1].lower
     chosen = _slowest(np.flatnonzero(percent <= worth), percent, states)
-    pieces = _Pieces.of(plane, frame, len(states) // len(network.links), chosen)
+    pieces = _Pieces.of(plane, frame, len(grid.begin), chosen)
     state, piece = pieces.quads_of(chosen)
     if len(state) > MOST_QUADS:
         slowest = np.sort(np.argsort(percent[state], kind="stable")[:MOST_QUADS])

@@ -9,8 +9,9 @@ import pandas as pd
 
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.errors import Faults
-from uxsim_geo.export.corridor import name_links, starts_of_links, title_of_links
+from uxsim_geo.export.corridor import name_links, note_nobody, starts_of_links, title_of_links
 from uxsim_geo.export.map_sheet import speed_scale
+from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import PER_HOUR, PER_KM
 
@@ -35,18 +36,21 @@ LOOKS: dict[str, Look] = {
 }
 
 
-def space_time_states_figure(
+def space_time_states_figure(  # noqa: PLR0913 -- how it looks, by keyword or by default
     network: Network,
     cells: pd.DataFrame,
     link_ids: list[str],
     state: State = "density",
     size: tuple[float, float] = (12.0, 4.0),
+    *,
+    reaction_time: float | None = None,
 ) -> Figure:
     """Draw a state of links, one after the other upwards, by time and place.
 
     ``cells`` is what :func:`uxsim_geo.analysis.cells.space_time_cells` gives for these links (or
     more), ``state`` density or flow per lane, or speed relative to free speed. ``size`` in inches.
-    White is where nobody was. The scale of density ends at the largest jam density of the links.
+    White is where nobody was. The scale of density ends at the largest jam density of the links,
+    that of flow at their largest capacity for ``reaction_time``, s (None: at the largest flow).
     Raises :class:`uxsim_geo.errors.InputError` for another state.
     """
     from matplotlib.figure import Figure
@@ -63,7 +67,7 @@ def space_time_states_figure(
     values = [
         _matrix(table, state, link) for table, (_, link) in zip(own, links.iterrows(), strict=True)
     ]
-    style = _style(state, values, float(links["jam_density"].max()))
+    style = _style(state, values, _top(state, links, reaction_time))
     for table, matrix, start in zip(own, values, starts, strict=False):
         mesh = axes.pcolormesh(
             np.append(table["begin_s"].unique(), table["end_s"].iloc[-1]),
@@ -74,7 +78,10 @@ def space_time_states_figure(
     axes.set(title=title_of_links(link_ids), xlabel="time, s", ylabel="distance, m")
     name_links(axes, link_ids, starts, size[1])
     bar = figure.colorbar(mesh, ax=axes, pad=0.01)
-    bar.set_label(LOOKS[state].label)
+    end = " (capacity at the top)" if state == "flow" and reaction_time is not None else ""
+    bar.set_label(f"{LOOKS[state].label}{end}")
+    if not any(np.isfinite(matrix).any() for matrix in values):
+        note_nobody(axes)
     return figure
 
 
@@ -91,12 +98,22 @@ def _matrix(cells: pd.DataFrame, state: str, link: pd.Series[Any]) -> Floats:
     return values.reshape(cells["begin_s"].nunique(), -1)
 
 
-def _style(state: str, values: list[Floats], jam_density: float) -> dict[str, Any]:
+def _top(state: str, links: pd.DataFrame, reaction_time: float | None) -> float | None:
+    """Where the scale of a state per lane ends, in the units of its label; None: at the largest."""
+    if state == "density":
+        return float(links["jam_density"].max()) * PER_KM
+    if state == "flow" and reaction_time is not None:
+        per_lane = effective_capacity(links, reaction_time) / links["lanes"].to_numpy(float)
+        return float(per_lane.max()) * PER_HOUR
+    return None
+
+
+def _style(state: str, values: list[Floats], top: float | None) -> dict[str, Any]:
     """Colours and the ends of their scale."""
     colours = LOOKS[state].colours
     if colours is None:
         classes, norm = speed_scale()
         return {"cmap": classes, "norm": norm}
-    largest = max((float(np.nanmax(one, initial=0.0)) for one in values), default=0.0)
-    top = jam_density * PER_KM if state == "density" else largest or 1.0
+    if top is None:
+        top = max((float(np.nanmax(one, initial=0.0)) for one in values), default=0.0) or 1.0
     return {"cmap": colours, "vmin": 0.0, "vmax": top}

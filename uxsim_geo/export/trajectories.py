@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.subsets import rows_in_order
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.breakpoints import Ways, ways_on_link
-from uxsim_geo.export.corridor import name_links, starts_of_links, title_of_links
+from uxsim_geo.export.corridor import name_links, note_nobody, starts_of_links, title_of_links
 from uxsim_geo.export.map_sheet import speed_scale
 from uxsim_geo.network.network import Network
 
@@ -37,12 +38,12 @@ def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by defa
     ``duration`` is how far the simulation has come, s; ``size`` in inches. A platoon that leaves
     by another link ends there. The lines are exact, unless they bend millions of times.
     ``by_speed`` gives them the colours of the speed relative to free speed, the mean over 1/60 of
-    the duration: in a queue platoons stand and drive by turns. Raises ValueError if a link is not
-    in the network.
+    the duration: in a queue platoons stand and drive by turns. Raises
+    :class:`uxsim_geo.errors.InputError` if a link is not in the network.
     """
     from matplotlib.figure import Figure
 
-    rows = rows_of_links(network, link_ids)
+    rows = rows_in_order(network, link_ids)
     starts = starts_of_links(passages.geometry.length[rows])
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
@@ -65,16 +66,9 @@ def trajectories_figure(  # noqa: PLR0913 -- how it looks, by keyword or by defa
     axes.grid(color="#e6e6e6", linewidth=0.6)
     axes.set_axisbelow(True)
     name_links(axes, link_ids, starts, size[1])
+    if not platoons:
+        note_nobody(axes)
     return figure
-
-
-def rows_of_links(network: Network, link_ids: Sequence[str]) -> Integers:
-    """Rows of some links in the table; raises ValueError where there is none."""
-    position = {str(name): row for row, name in enumerate(network.links["link_id"])}
-    missing = [name for name in link_ids if name not in position]
-    if missing or not link_ids:
-        raise ValueError(f"the network has no link {', '.join(missing)}" if missing else "no links")
-    return np.array([position[name] for name in link_ids], np.int64)
 
 
 def _plain(ways: Ways, start: float, style: dict[str, Any]) -> LineCollection:

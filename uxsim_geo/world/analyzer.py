@@ -136,7 +136,10 @@ class Analyzer(Figures):
         return area_tables.area_pair_table(self.od_to_pandas(), self._areas(areas, area_names))
 
     def output_data(self, fname: str | None = None) -> None:
-        """Write all tables to CSV files whose names begin with ``fname``."""
+        """Write tables to CSV files whose names begin with ``fname``: those that UXsim writes.
+
+        They are basic, od, mfd, link, link_traffic_state and vehicles.
+        """
         begin = Path(fname) if fname is not None else pictures.folder(self.W) / "data"
         begin.parent.mkdir(parents=True, exist_ok=True)
         for name, table in (

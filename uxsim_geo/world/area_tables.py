@@ -13,6 +13,18 @@ from uxsim_geo.result import Result
 
 Areas = Mapping[str, Sequence[str]]
 
+PAIR_COLUMNS = (
+    "origin_area",
+    "destination_area",
+    "total_trips",
+    "completed_trips",
+    "average_travel_time",
+    "average_free_travel_time",
+    "average_distance_traveled",
+    "average_shortest_distance",
+    "average_delay_of_all",
+)
+
 
 def area_table(
     network: Network, result: Result, links: pd.DataFrame, areas: Areas, *, border: bool
@@ -36,7 +48,7 @@ def area_table(
         left = own["traffic_volume"].to_numpy(float)
         time = float(np.nansum(left * own["average_travel_time"].to_numpy(float)))
         free = float((left * own["free_travel_time"].to_numpy(float)).sum())
-        length, volume = float(own["length"].sum()), float(vehicles[seen].sum())
+        length, volume = float(own["length"].sum()), int(vehicles[seen].sum())
         rows.append(
             {
                 "area": name,
@@ -67,7 +79,7 @@ def area_pair_table(pairs: pd.DataFrame, areas: Areas) -> pd.DataFrame:
             own = pairs[pairs["orig"].isin(starts) & pairs["dest"].isin(ends)]
             if len(own):
                 rows.append(_pair_row(own, origin, destination))
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=list(PAIR_COLUMNS))
 
 
 def _pair_row(own: pd.DataFrame, origin: str, destination: str) -> dict[str, object]:

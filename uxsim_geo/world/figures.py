@@ -51,7 +51,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the trajectories on each of some links, or of all."""
-        return self._routes([[link] for link in self._links(links)], figsize, Look(**look))
+        return self._routes([[link] for link in self._links(links, least=1)], figsize, Look(**look))
 
     def time_space_diagram_traj_links(
         self,
@@ -73,7 +73,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the density by time and place of each of some links, or of all."""
-        routes = [[link] for link in self._links(links)]
+        routes = [[link] for link in self._links(links, least=1)]
         return self._states_of_routes(routes, "density", figsize, Look(**look))
 
     def time_space_diagram_flow(
@@ -83,7 +83,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the flow by time and place of each of some links, or of all."""
-        routes = [[link] for link in self._links(links)]
+        routes = [[link] for link in self._links(links, least=1)]
         return self._states_of_routes(routes, "flow", figsize, Look(**look))
 
     def time_space_diagram_speed(
@@ -93,7 +93,7 @@ class Figures(Sight):
         **look: Any,
     ) -> list[Figure]:
         """Draw the speed by time and place of each of some links, or of all."""
-        routes = [[link] for link in self._links(links)]
+        routes = [[link] for link in self._links(links, least=1)]
         return self._states_of_routes(routes, "speed", figsize, Look(**look))
 
     def time_space_diagram_state_links(
@@ -122,7 +122,7 @@ class Figures(Sight):
                 cumulative_figure(self._network, self._passages, link.name, duration, figsize),
                 f"cumulative_curves_{link.name}",
             )
-            for link in self._links(links)
+            for link in self._links(links, least=1)
         ]
 
     def macroscopic_fundamental_diagram(
@@ -151,7 +151,8 @@ class Figures(Sight):
         from uxsim_geo.export.plots import network_at_time_figure
 
         pictures.check_looks(looks)
-        time = self._result.settings.duration if t is None else _checked("t", t)
+        end = self._result.settings.duration
+        time = end if t is None else _checked("t", t, most=end)
         title = self.W.name or "network"
         figure = network_at_time_figure(self._network, self._states, time, title)
         return pictures.finish(self.W, figure, f"network{detailed}_{time:g}")
@@ -222,7 +223,7 @@ class Figures(Sight):
         pictures.check_looks(looks)
         path = self._path_of(file_name, "anim_network_fancy.gif")
         every = _checked("interval", interval, above=0.0) * self.W.DELTAT
-        ratio = _checked("sample_ratio", sample_ratio, above=0.0)
+        ratio = _checked("sample_ratio", sample_ratio, above=0.0, most=1.0)
         speed = _checked("animation_speed_inverse", animation_speed_inverse, above=0.0)
         samples = Samples.of(self._passages, every, self._result.settings.duration)
         frame_ms = speed * _checked("speed_coef", speed_coef, above=0.0)
@@ -255,7 +256,8 @@ class Figures(Sight):
         """Draw how the travel times of those who have arrived are distributed."""
         from uxsim_geo.export.travel_times import travel_times_figure
 
-        figure = travel_times_figure(self._result.trips, self.W.name or "network")
+        title, duration = self.W.name or "network", self._result.settings.duration
+        figure = travel_times_figure(self._result.trips, title, duration=duration)
         return pictures.finish(self.W, figure, "travel_times")
 
     def fundamental_diagram(self, links: AnyLink | Iterable[AnyLink]) -> Figure:
@@ -304,7 +306,10 @@ class Figures(Sight):
                 links=names,
                 passages=self._passages,
             )
-            figure = space_time_states_figure(self._network, cells, names, state, figsize)
+            tau = self._result.settings.reaction_time
+            figure = space_time_states_figure(
+                self._network, cells, names, state, figsize, reaction_time=tau
+            )
             figures.append(self._finish_diagram(figure, route, f"tsd_{SHORT[state]}", look))
         return figures
 
@@ -344,10 +349,14 @@ class Figures(Sight):
         return path
 
 
-def _checked(name: str, value: float, *, above: float | None = None) -> float:
+def _checked(
+    name: str, value: float, *, above: float | None = None, most: float = float("inf")
+) -> float:
     """Return a number, 0 or more, or more than ``above``; raises InputError where it is none."""
     faults = Faults("picture")
     found = values.number(faults, name, value, above=above)
+    if not faults.found and found > most:
+        faults.add(f"must be {most:g} or less", column=name, value=value)
     faults.raise_if_any()
     return found
 

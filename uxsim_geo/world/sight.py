@@ -106,6 +106,9 @@ class Sight:
         self, areas: Sequence[Iterable[Node | str]], names: Sequence[str] | None
     ) -> dict[str, list[str]]:
         """Names of the nodes of each area, by its name."""
+        if isinstance(areas, str) or any(isinstance(area, str | Node) for area in areas):
+            what = 'must be a list of lists of nodes, such as [["a", "b"], ["c"]]'
+            raise InputError([Fault(what, column="areas", value=areas)])
         nodes = [[self.W.get_node(node).name for node in area] for area in areas]
         told = names or [f"area {number}" for number in range(len(nodes))]
         if len(set(told)) != len(nodes):

@@ -1,6 +1,6 @@
 """Results as the tables that UXsim's users know: its columns, our definitions.
 
-A platoon counts by its vehicles. A mean over nobody is NaN.
+A platoon counts by its vehicles, which are whole ones. A mean over nobody is NaN.
 """
 
 from __future__ import annotations
@@ -11,15 +11,19 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.cumulative import curves_of_passages
+from uxsim_geo.analysis.cumulative import curves_at
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.groups import Groups
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.paths import Paths
 from uxsim_geo.result import Result
 from uxsim_geo.world.vehicles import STATES
+
+#: of a link: columns of :func:`uxsim_geo.analysis.cumulative.cumulative_curves`
+CURVES = ("entries", "virtual_departures", "exits", "queue")
 
 
 def basic_table(figures: dict[str, Any]) -> pd.DataFrame:
@@ -37,8 +41,8 @@ def basic_table(figures: dict[str, Any]) -> pd.DataFrame:
     )
     return pd.DataFrame(
         {
-            "total_trips": [departed],
-            "completed_trips": [arrived],
+            "total_trips": [int(departed)],
+            "completed_trips": [int(arrived)],
             "total_travel_time": [time * arrived],
             "average_travel_time": [time],
             "total_delay": [delay * arrived],
@@ -107,8 +111,8 @@ def od_table(network: Network, trips: pd.DataFrame, duration: float) -> pd.DataF
         {
             "orig": ids[origin],
             "dest": ids[destination],
-            "total_trips": groups.total(vehicles),
-            "completed_trips": groups.total(done),
+            "total_trips": groups.total(vehicles).astype(np.int64),
+            "completed_trips": groups.total(done).astype(np.int64),
             "free_travel_time": groups.mean(free, vehicles),
             "average_travel_time": groups.mean(time, done),
             "stddiv_travel_time": groups.deviation(time, done),
@@ -146,8 +150,8 @@ def link_table(network: Network, result: Result, totals: pd.DataFrame) -> pd.Dat
             "link": links["link_id"].to_numpy(),
             "start_node": links["from_node_id"].to_numpy(),
             "end_node": links["to_node_id"].to_numpy(),
-            "traffic_volume": total(left),
-            "vehicles_remain": total(vehicles - left),
+            "traffic_volume": total(left).astype(np.int64),
+            "vehicles_remain": total(vehicles - left).astype(np.int64),
             "free_travel_time": free,
             "average_travel_time": mean,
             "stddiv_travel_time": np.sqrt(variance),
@@ -207,25 +211,27 @@ def cumulative_table(passages: Passages, steps: pd.DataFrame) -> pd.DataFrame:
     is nobody. ``virtual_departure_count`` and ``queue`` are as of
     :func:`uxsim_geo.analysis.cumulative.cumulative_curves`.
     """
-    tables = []
-    for link, (link_id, own) in enumerate(steps.groupby("link_id", observed=False)):
-        times = own["begin_s"].to_numpy(float)
-        curves = curves_of_passages(passages, link, times)
-        tables.append(
-            pd.DataFrame(
-                {
-                    "link": link_id,
-                    "t": times,
-                    "arrival_count": curves["entries"],
-                    "departure_count": curves["exits"],
-                    "actual_travel_time": _last_travel_times(passages, link, times),
-                    "instantanious_travel_time": own["instantaneous_travel_time"].to_numpy(),
-                    "virtual_departure_count": curves["virtual_departures"],
-                    "queue": curves["queue"],
-                }
-            )
-        )
-    return pd.concat(tables, ignore_index=True)
+    grid = StateGrid.of(steps)
+    shape = len(grid.link_ids), len(grid.begin)
+    curves = {name: np.empty(shape) for name in (*CURVES, "actual_travel_time")}
+    for link in range(len(grid.link_ids)):
+        found = curves_at(passages, link, grid.begin)
+        for name in CURVES:
+            curves[name][link] = found[name]
+        curves["actual_travel_time"][link] = _last_travel_times(passages, link, grid.begin)
+    table = {name: values.ravel() for name, values in curves.items()}
+    return pd.DataFrame(
+        {
+            "link": np.repeat(grid.link_ids.to_numpy(), shape[1]),
+            "t": np.tile(grid.begin, shape[0]),
+            "arrival_count": table["entries"].astype(np.int64),
+            "departure_count": table["exits"].astype(np.int64),
+            "actual_travel_time": table["actual_travel_time"],
+            "instantanious_travel_time": steps["instantaneous_travel_time"].to_numpy(),
+            "virtual_departure_count": table["virtual_departures"].astype(np.int64),
+            "queue": table["queue"].astype(np.int64),
+        }
+    )
 
 
 def _last_travel_times(passages: Passages, link: int, times: Floats) -> Floats:
