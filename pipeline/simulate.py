@@ -69,20 +69,25 @@ def _simulated(task: Task) -> Result:
     section = task.config.simulate
     network = read_network(task.folder / ingest.NETWORK)
     demand = read_demand(task.folder / ingest.DEMAND)
+    signals = signals_of(task.config, task.folder / SIGNALS)
     try:
-        return simulate(
+        result = simulate(
             network,
             demand,
             section.settings(),
             control=[
                 *(entry.measure() for _, _, entry in section.control.entries()),
-                *signals_of(task.config, task.folder / SIGNALS),
+                *signals,
             ],
             classes=[entry.driver_class() for entry in section.classes],
             progress=task.watch.simulated,
         )
     except InputError as error:
         raise InputError(as_written(error.faults, section)) from None
+    # a signal of the network, which nobody asked for here, may well stand where nobody drives
+    own = tuple(f"signal at node {signal.node_id} never" for signal in signals)
+    notes = tuple(note for note in result.notes if not (own and note.startswith(own)))
+    return replace(result, notes=notes)
 
 
 def read_result(task: Task, network: Network) -> Result:

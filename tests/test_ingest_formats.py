@@ -47,6 +47,20 @@ def ingest(folder: Path, section: dict[str, Any], *, command: str = "run") -> in
     return main([command, str(folder / "run.yaml"), "--out", str(folder), "--quiet"])
 
 
+def test_a_network_is_made_ready_unless_that_is_left_out(
+    tmp_path: Path, osm: dict[str, Any]
+) -> None:
+    assert ingest(tmp_path, with_od(osm)) == 0
+    ready = read_network(tmp_path / "run/network")
+    assert ready.nodes.crs.is_projected
+    assert "short links" in set(ready.notes["topic"])
+    assert ingest(tmp_path, with_od(osm) | {"ready": False}) == 0
+    raw = read_network(tmp_path / "run/network")
+    assert raw.nodes.crs.to_epsg() == 4326
+    assert "short links" not in set(raw.notes["topic"])
+    assert ingest(tmp_path, with_od(osm) | {"ready": {"join": False, "u_turns": "nowhere"}}) == 0
+
+
 def figures(folder: Path) -> dict[str, Any]:
     text = (folder / "run/summary.json").read_text(encoding="utf-8")
     found: dict[str, Any] = json.loads(text)
@@ -275,3 +289,14 @@ def test_signals_of_gmns_tables_keep_their_times(tmp_path: Path) -> None:
     assert set(plans["source"]) == {"given"}
     held = plans[plans["link_id"] == "link 0"].iloc[0]
     assert (held["green_s"], held["offset_s"], held["cycle_s"]) == (30.0, 5.0, 55.0)
+
+
+def test_signals_of_the_network_where_nobody_drives_are_no_warning(
+    tmp_path: Path, osm: dict[str, Any]
+) -> None:
+    (tmp_path / "town.osm").write_text(CROSSING, encoding="utf-8")
+    late = "origin,destination,vehicles,start_s,end_s\n1,3,5,4000,4100\n"
+    (tmp_path / "od.csv").write_text(late, encoding="utf-8")
+    assert ingest(tmp_path, osm | {"demand": [{"od": {"file": "od.csv"}}]}) == 0
+    assert (tmp_path / "run/network/signals.csv").exists()
+    assert "never took effect" not in (tmp_path / "run/run.log").read_text(encoding="utf-8")
