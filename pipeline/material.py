@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline import ingest, simulate
 from pipeline.config import Config
+from pipeline.signal_tables import SIGNALS, signals_of
 from pipeline.stages import Task
 from uxsim_geo.analysis.table_size import MOST_BINS, MOST_STATES, shortest_step
 from uxsim_geo.errors import Fault, InputError
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from uxsim_geo.analysis.passages import Passages
+    from uxsim_geo.control.signals import Signal
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
 
@@ -27,12 +29,15 @@ class Material:
 
     notes
         of the import, network and demand together
+    signals
+        that held: those of the configuration and of the network's own table
     """
 
     config: Config
     network: Network
     notes: pd.DataFrame
     result: Result
+    signals: tuple[Signal, ...]
 
     @cached_property
     def passages(self) -> Passages:
@@ -79,6 +84,10 @@ def read_material(task: Task) -> Material:
         network=network,
         notes=pd.concat([network.notes, demand_notes], ignore_index=True),
         result=simulate.read_result(task, network),
+        signals=(
+            *(entry.measure() for entry in task.config.simulate.control.signals),
+            *signals_of(task.config, task.folder / SIGNALS),
+        ),
     )
 
 

@@ -215,10 +215,10 @@ def _with_reds(figure: Figure, material: Material, entry: PlotEntry) -> Figure:
     """Mark the red of signals at the ends of links."""
     from uxsim_geo.export.corridor import draw_reds
 
-    signals = [entry.measure() for entry in material.config.simulate.control.signals]
     duration = material.result.settings.duration
     reds = [
-        [red for signal in signals for red in signal.reds(link, duration)] for link in entry.links
+        [red for signal in material.signals for red in signal.reds(link, duration)]
+        for link in entry.links
     ]
     links = material.network.links
     lengths = links.set_index(links["link_id"].astype(str))["length"].loc[list(entry.links)]

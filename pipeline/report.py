@@ -14,6 +14,7 @@ from pipeline.config_keys import files_in
 from pipeline.material import Material, check_bins_of_report, read_material
 from pipeline.plots import FOLDER, check_plots, write_plot
 from pipeline.runs import RunFolder
+from pipeline.signal_tables import SIGNALS
 from pipeline.stages import Outcome, Stage, Task
 from uxsim_geo.errors import InputError
 from uxsim_geo.files import replace_when_complete
@@ -24,6 +25,8 @@ SUMMARY = "summary.json"
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
     tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "import_notes"))
     names = (*tables, ingest.DEMAND_NOTES, *simulate.tables_of(folder))
+    if (folder / SIGNALS).is_file():
+        names = (*names, SIGNALS)
     areas = dict.fromkeys(files_in(config.report))
     files = {name: folder / name for name in names}
     return files | {f"area.{number}": path for number, path in enumerate(areas)}
