@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from uxsim_geo.errors import Faults
@@ -27,6 +27,8 @@ KINDS = ("node", "way", "relation")
 
 #: what XML cannot hold
 _NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+_DATE = re.compile(r"[0-9T:.Z+-]{10,40}")
 
 #: faults of one answer that are told
 _TOLD = 5
@@ -72,7 +74,8 @@ def read_answer(content: bytes, faults: Faults) -> Answer | None:
         faults.add("there are no roads of these classes there")
     if faults.found:
         return None
-    return Answer(_in_order(elements), date if isinstance(date, str) else "unknown")
+    known = isinstance(date, str) and _DATE.fullmatch(date) is not None
+    return Answer(_in_order(elements), str(date) if known else "unknown")
 
 
 def _in_order(elements: list[_Element]) -> list[_Element]:
@@ -131,8 +134,8 @@ def _is_element(element: object) -> bool:
         return False
     tags = element.get("tags", {})
     has_texts = isinstance(tags, dict) and all(isinstance(value, str) for value in tags.values())
-    fits = _FITS.get(element.get("type", ""))
-    return has_texts and fits is not None and fits(element)
+    kind = element.get("type")
+    return has_texts and isinstance(kind, str) and kind in _FITS and _FITS[kind](element)
 
 
 def _is_node(element: _Element) -> bool:
@@ -168,7 +171,8 @@ def _is_within(value: object, most: float) -> bool:
     return math.isfinite(value) and abs(value) <= most
 
 
-_FITS = cast(
-    "dict[object, Callable[[_Element], bool]]",
-    {"node": _is_node, "way": _is_way, "relation": _is_relation},
-)
+_FITS: dict[str, Callable[[_Element], bool]] = {
+    "node": _is_node,
+    "way": _is_way,
+    "relation": _is_relation,
+}

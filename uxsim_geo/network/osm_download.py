@@ -178,6 +178,8 @@ def _download(query: OsmQuery, folder: Path, servers: Servers, faults: Faults) -
 
 
 def _check_size(size: float, servers: Servers, faults: Faults) -> None:
+    if not size > 0:
+        faults.add("there is no area of that place; give a bbox or a polygon in its stead")
     if size > servers.max_area_km2:
         faults.add(
             f"an area of {size:,.0f} km² is more than the {servers.max_area_km2:,.0f} km² that "

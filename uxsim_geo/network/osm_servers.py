@@ -37,6 +37,9 @@ WAIT_S, LONGEST_WAIT_S = 30.0, 120.0
 #: a whole answer may take so many times the time-out, in case it trickles in
 LONGEST_ANSWER = 4
 
+#: what OSMnx raises where a geocoder's answer is empty, or not of the kind it knows
+_NO_PLACE = (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError)
+
 #: bytes that the geocoder may answer
 PLACE_BYTES = 50_000_000
 
@@ -101,9 +104,10 @@ def find_place(place: str, servers: Servers) -> tuple[Found, str]:
         def ask() -> Found:
             try:
                 table = osmnx.geocoder.geocode_to_gdf(place)
-            except (ValueError, TypeError, KeyError, AttributeError) as error:
+            except _NO_PLACE as error:
                 raise Refusal(_why_no_place(place, _matches(kept), error)) from error
             name = str(table["display_name"].iloc[0]) if "display_name" in table else place
+            name = name.encode("utf-8", "replace").decode()
             return Found(table.geometry.iloc[0], name, len(_matches(kept) or [place]) - 1)
 
         return _asked(ask, url, servers), url
