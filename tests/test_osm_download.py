@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 import yaml
 from osm_loopback import DATE, TOWN_BOX, Loopback, Reply, loopback, match, overpass
-from shapely.geometry import box
+from shapely.geometry import Point, Polygon, box
 
 from pipeline.cli import main
 from pipeline.config_file import load_config
@@ -114,6 +114,45 @@ def test_a_polygon_as_text_and_as_a_file(tmp_path: Path, server: Loopback) -> No
 def test_road_classes_are_asked_for(tmp_path: Path, server: Loopback) -> None:
     got = ask(tmp_path, server, OsmQuery(bbox=TOWN_BOX, road_classes=("service",)))
     assert elements(got.path) == [("node", 4), ("node", 5), ("way", 12)]
+
+
+def test_holes_of_an_area_are_asked_for_too() -> None:
+    whole, hole = box(7.99, 49.99, 8.03, 50.01), box(8.0, 50.0, 8.02, 50.005)
+    ring = Polygon(whole.exterior, [hole.exterior])
+    questions = {overpass_question(area, ("road",), 9.5) for area in (whole, ring)}
+    assert len(questions) == 1
+    assert questions.pop().startswith('[out:json][timeout:10];(way["highway"~"^(road)$"](poly:"')
+    sizes = [area_km2(area) for area in (ring, hole, whole)]
+    assert sizes[0] + sizes[1] == pytest.approx(sizes[2])
+
+
+def test_the_same_question_has_the_same_file() -> None:
+    names = [
+        OsmQuery(place="São  Paulo").file_name(),
+        OsmQuery(place="são Paulo", road_classes=PUBLIC_ROADS[::-1]).file_name(),
+        OsmQuery(place="São Paulo", road_classes=PUBLIC_ROADS[:3]).file_name(),
+        OsmQuery(place="São Paulo, Brazil").file_name(),
+        OsmQuery(bbox=TOWN_BOX).file_name(),
+        OsmQuery(polygon=box(*TOWN_BOX).wkt).file_name(),
+        OsmQuery(polygon=box(*TOWN_BOX).reverse().wkt).file_name(),
+        OsmQuery(place="札幌").file_name(),
+    ]
+    assert names[0] == names[1]
+    assert names[5] == names[6]
+    assert len(set(names)) == len(names) - 2
+    assert [name.rpartition("-")[0] for name in names[3:]] == [
+        "sao_paulo_brazil",
+        "bbox",
+        "polygon",
+        "polygon",
+        "place",
+    ]
+
+
+def test_an_outline_may_not_have_endless_corners() -> None:
+    area = Point(8.0, 50.0).buffer(0.1, quad_segs=6000)
+    with pytest.raises(InputError, match="more than 20,000 corners"):
+        overpass_question(area, PUBLIC_ROADS, 10.0)
 
 
 def test_area_of_a_box_on_the_ellipsoid() -> None:
