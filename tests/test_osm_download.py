@@ -16,7 +16,8 @@ import osmium
 import pandas as pd
 import pytest
 import yaml
-from osm_loopback import DATE, TOWN_BOX, Loopback, Reply, loopback, match, overpass
+from conftest import REPOSITORY
+from osm_loopback import DATE, PLACES, TOWN_BOX, Loopback, Reply, loopback, match, overpass
 from shapely.geometry import Point, Polygon, box
 
 from pipeline.cli import main
@@ -513,6 +514,19 @@ def test_a_place_to_a_finished_run(
     assert "ingest: up to date" in shown
     assert server.asked == ["/search", "/interpreter"]
     assert main(["verify", str(tmp_path / "run")]) == 0
+
+
+def test_the_configuration_that_names_a_place_runs(
+    tmp_path: Path, server: Loopback, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(PLACES, "Bad Hersfeld, Germany", PLACES["Smalltown"])
+    servers = [f"ingest.osm.{name}_url={server.url}" for name in ("overpass", "nominatim")]
+    monkeypatch.setenv("UXSIM_GEO_CACHE", str(tmp_path / "cache"))
+    path = REPOSITORY / "configs/osm_place.yaml"
+    assert run(tmp_path, path, *servers, "report.outputs=[]", "report.plots=[]") == 0
+    figures = json.loads((tmp_path / "osm_place/summary.json").read_text(encoding="utf-8"))
+    assert figures["vehicles_departed"] > 0
+    assert server.asked == ["/search", "/interpreter"]
 
 
 def test_another_map_makes_ingestion_run_again(
