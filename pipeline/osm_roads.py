@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,8 +48,14 @@ def fetch_roads(section: OsmSection, say: Callable[[str], None]) -> None:
     if kept is not None:
         say(f"ingest: roads of {query}, from the cache: {kept}")
         return
+
+    def wait(seconds: float) -> None:
+        say(f"ingest: the server is busy; it is asked again in {seconds:.0f} s")
+        time.sleep(seconds)
+
     say(f"ingest: asking for the roads of {query}")
-    asked = download_osm(query, folder, refresh=True, servers=section.servers())
+    servers = replace(section.servers(), wait=wait)
+    asked = download_osm(query, folder, refresh=True, servers=servers)
     say(f"ingest: roads of {query}: {asked}")
 
 

@@ -495,7 +495,10 @@ def test_a_place_to_a_finished_run(
     tmp_path: Path, server: Loopback, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = config(tmp_path, server, place="Smalltown")
+    server.replies["/interpreter"] = [Reply(429, headers={"Retry-After": "5"})]
     assert run(tmp_path, path) == 0
+    assert "busy; it is asked again in 5 s" in capsys.readouterr().err
+    server.asked.remove("/interpreter")
     figures = json.loads((tmp_path / "run/summary.json").read_text(encoding="utf-8"))
     assert figures["vehicles_demanded"] > 0
     notes = read_network(tmp_path / "run/network").notes

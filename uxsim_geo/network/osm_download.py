@@ -132,7 +132,7 @@ def download_osm(
 def _advice(refusal: Refusal, query: OsmQuery, folder: Path) -> str:
     """How to go on without the servers, where that is what is missing."""
     name = query.file_name()
-    if (folder / name).is_file():
+    if (folder / name).is_file() and _record_path(folder / name).is_file():
         return f"; refresh: false uses what was downloaded before to {folder}"
     if isinstance(refusal, Unreachable):
         return f"; {BY_HAND.format(name=name, folder=folder)}"
