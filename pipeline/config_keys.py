@@ -95,6 +95,21 @@ def _input_folder(path: Path, info: ValidationInfo) -> Path:
     return existing_folder(path, _folder(info))
 
 
+def _own_folder(path: Path, info: ValidationInfo) -> Path:
+    """Make the path of a folder absolute; it is made when it is needed."""
+    folder = _folder(info)
+    absolute = (folder / path.expanduser()).resolve() if folder else path
+    if absolute.exists() and not absolute.is_dir():
+        raise ValueError("is no folder")
+    return absolute
+
+
+def _server(url: str) -> str:
+    if not re.fullmatch(r"https?://[^\s/?#@]+(/[^\s?#]*)?", url):
+        raise ValueError("must be the address of a server, as https://host/path")
+    return url
+
+
 def _as_id(value: object) -> object:
     """Read a whole number as the text of an id."""
     if isinstance(value, bool | float) or value is None:
@@ -133,6 +148,8 @@ def _polygon(value: object, info: ValidationInfo) -> object:
 
 InputFile = Annotated[Path, Field(strict=False), AfterValidator(_input_file)]
 InputFolder = Annotated[Path, Field(strict=False), AfterValidator(_input_folder)]
+CacheFolder = Annotated[Path, Field(strict=False), AfterValidator(_own_folder)]
+ServerUrl = Annotated[str, AfterValidator(_server)]
 Id = Annotated[str, BeforeValidator(_as_id, json_schema_input_type=str | int)]
 Ids = Annotated[tuple[Id, ...], Field(strict=False)]
 

@@ -11,6 +11,8 @@ from pipeline.config import Config
 from pipeline.config_keys import named_files
 from pipeline.demand_sources import of_class, read_demand_entries
 from pipeline.ingest_config import IngestSection
+from pipeline.osm_roads import CACHE, downloaded_files, fetch_roads, roads_of
+from pipeline.progress import Watch
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS, signal_table
 from pipeline.stages import Outcome, Stage, Task
@@ -31,7 +33,15 @@ DEMAND_NOTES = "demand_notes.parquet"
 
 
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG001
-    return named_files(config.ingest)
+    named = named_files(config.ingest)
+    # other runs keep their downloads in the same cache: of it, this run's alone is an input
+    files = {name: path for name, path in named.items() if not name.startswith(CACHE)}
+    return files | downloaded_files(config.ingest.osm)
+
+
+def _prepare(config: Config, watch: Watch) -> None:
+    if config.ingest.osm is not None:
+        fetch_roads(config.ingest.osm, watch.say)
 
 
 def _run(task: Task) -> Outcome:
@@ -59,7 +69,7 @@ def _run(task: Task) -> Outcome:
     return Outcome(names, _words(network, demand), warnings=warnings_in(told))
 
 
-STAGE = Stage("ingest", ("ingest",), _inputs, _run)
+STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare)
 
 
 def read_sources(
@@ -120,7 +130,12 @@ def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
 
     assert section.osm is not None
     options = section.osm.options(section.jam_density)
-    return read_osm_network(section.osm.file, options, progress=progress)
+    if section.osm.file is not None:
+        return read_osm_network(section.osm.file, options, progress=progress)
+    from uxsim_geo.network.osm_download import note_download
+
+    roads = roads_of(section.osm)
+    return note_download(read_osm_network(roads.path, options, progress=progress), roads)
 
 
 def _gmns_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001

@@ -6,18 +6,62 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pipeline.config_keys import InputFile, InputFolder, Section
+from pipeline.config_keys import (
+    CacheFolder,
+    InputFile,
+    InputFolder,
+    PolygonKey,
+    Section,
+    ServerUrl,
+)
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.network.gmns_options import MOTOR_USES, GmnsOptions
 from uxsim_geo.network.mapped_options import ColumnMapping, Direction
 from uxsim_geo.network.osm_options import PUBLIC_ROADS, OsmOptions
+from uxsim_geo.network.osm_query import OsmQuery
+from uxsim_geo.network.osm_servers import Servers
 from uxsim_geo.network.units import KMH
 
 
 class OsmSection(Section):
-    """Roads from an OpenStreetMap file: .osm or .xml, also .gz or .bz2, or .pbf."""
+    """Roads from OpenStreetMap: of a file, or downloaded for a place, a box or a polygon.
 
-    file: InputFile = Field(description="the file")
+    One of file, place, bbox and polygon is needed. What is downloaded is kept in a cache and used
+    again; the servers are asked once.
+    """
+
+    file: InputFile | None = Field(
+        None, description="the file: .osm or .xml, also .gz or .bz2, or .pbf"
+    )
+    place: str | None = Field(
+        None, min_length=1, description="name of a place whose roads are downloaded, as Monaco"
+    )
+    bbox: tuple[float, ...] | None = Field(
+        None,
+        strict=False,
+        description="area whose roads are downloaded: [west, south, east, north], degrees",
+    )
+    polygon: PolygonKey | None = Field(
+        None,
+        description="area whose roads are downloaded: GeoJSON or GeoPackage file, or WKT in "
+        "degrees (EPSG:4326)",
+    )
+    refresh: bool = Field(
+        False, description="download again in every run, whatever the cache holds"
+    )
+    cache: CacheFolder | None = Field(
+        None,
+        description="folder that keeps downloads; none: osm in $UXSIM_GEO_CACHE, "
+        "$XDG_CACHE_HOME/uxsim-geo or ~/.cache/uxsim-geo",
+    )
+    overpass_url: ServerUrl | None = Field(
+        None, description="server asked for roads; none: that of OSMnx's settings, public"
+    )
+    nominatim_url: ServerUrl | None = Field(
+        None, description="server asked for places; none: that of OSMnx's settings, public"
+    )
+    timeout_s: float = Field(180.0, gt=0, description="the servers may be silent for so long, s")
+    max_download_mb: float = Field(100.0, gt=0, description="a server's answer may be so large, MB")
     road_classes: tuple[str, ...] = Field(
         PUBLIC_ROADS, strict=False, description="values of the tag highway that become links"
     )
@@ -48,7 +92,25 @@ class OsmSection(Section):
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         self.options(0.2)
+        ways = {name: getattr(self, name) for name in ("file", "place", "bbox", "polygon")}
+        given = [name for name, value in ways.items() if value is not None]
+        if len(given) != 1:
+            told = f"not {' and '.join(given)}" if given else "none is given"
+            raise ValueError(f"needs exactly one of {', '.join(ways)}; {told}")
+        self.query()
         return self
+
+    def query(self) -> OsmQuery | None:
+        """Return what is to be downloaded; None: the roads are in a file."""
+        if self.file is not None:
+            return None
+        polygon = None if self.polygon is None else str(self.polygon)
+        return OsmQuery(self.place, self.bbox, polygon, self.road_classes)
+
+    def servers(self) -> Servers:
+        """Return whom to ask."""
+        own = self.overpass_url, self.nominatim_url
+        return Servers(*own, timeout_s=self.timeout_s, max_mb=self.max_download_mb)
 
     def options(self, jam_density: float) -> OsmOptions:
         """Return what the reader is told; ``jam_density`` is that of the whole ingestion."""

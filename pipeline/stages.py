@@ -84,12 +84,16 @@ class Stage:
         of the configuration, at its top level
     inputs
         the files it reads, by a name for each
+    prepare
+        sees to it that inputs which are downloaded are there, before it is asked whether the stage
+        is up to date
     """
 
     name: str
     keys: Sequence[str]
     inputs: Callable[[Config, RunFolder], dict[str, Path]]
     run: Callable[[Task], Outcome]
+    prepare: Callable[[Config, Watch], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,8 @@ class Run:
         problems: list[str] = []
         names = [stage.name for stage in self.stages]
         for stage in self.stages[: names.index(last) + 1]:
+            if stage.prepare is not None:
+                stage.prepare(self.config, self.watch)
             if not force and self.is_current(stage):
                 self.watch.say(f"{stage.name}: up to date")
             else:

@@ -82,7 +82,7 @@ def _in_area(network: Network, target: Target, faults: Faults) -> Flags:
         what = "the network has no coordinates: choose links by their ids or by where"
         faults.add(what, column="polygon")
         return nowhere
-    area = _area(str(target.polygon), getattr(network.links, "crs", None), faults)
+    area = read_area(str(target.polygon), getattr(network.links, "crs", None), faults)
     if area is None:
         return nowhere
     lines = np.asarray(network.links["geometry"])
@@ -112,8 +112,11 @@ def _end_points(lines: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[
     return ends[0], ends[1]
 
 
-def _area(polygon: str, crs: Any, faults: Faults) -> Any:
-    """Return the polygon in the reference system of the network, or None and a fault."""
+def read_area(polygon: str, crs: Any, faults: Faults) -> Any:
+    """Return the area of a file's polygons, or of WKT, in the system ``crs``; or None and a fault.
+
+    WKT is taken to be in that system already.
+    """
     import shapely
 
     text = _WKT.match(polygon)

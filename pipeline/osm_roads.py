@@ -1,0 +1,72 @@
+"""Roads that a configuration names by a place, a box or a polygon: downloaded once, then kept."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipeline.ingest_config_formats import OsmSection
+
+if TYPE_CHECKING:
+    from uxsim_geo.network.osm_download import Download
+
+#: the key that names the cache, whose other files are no inputs of a run
+CACHE = "osm.cache"
+
+
+def data_cache() -> Path:
+    """Return the folder for what is downloaded, by what the environment says of it."""
+    own, shared = os.environ.get("UXSIM_GEO_CACHE"), os.environ.get("XDG_CACHE_HOME")
+    if own:
+        return Path(own).expanduser().resolve()
+    # a relative path in that variable does not count, says its specification
+    caches = Path(shared) if shared and Path(shared).is_absolute() else Path.home() / ".cache"
+    return caches / "uxsim-geo"
+
+
+def downloaded_files(section: OsmSection | None) -> dict[str, Path]:
+    """Return the download that a run reads, by a name; nothing where it reads none."""
+    query = None if section is None else section.query()
+    if section is None or query is None:
+        return {}
+    path = _folder(section) / query.file_name()
+    return {"osm.download": path} if path.is_file() else {}
+
+
+def fetch_roads(section: OsmSection, say: Callable[[str], None]) -> None:
+    """See to it that the roads are in the cache, and say of when they are."""
+    from uxsim_geo.network.osm_download import cached_osm, download_osm
+
+    query, folder = section.query(), _folder(section)
+    if query is None:
+        return
+    kept = None if section.refresh else cached_osm(query, folder)
+    if kept is not None:
+        say(f"ingest: roads of {query}, from the cache: {kept}")
+        return
+
+    def wait(seconds: float) -> None:
+        say(f"ingest: the server is busy; it is asked again in {seconds:.0f} s")
+        time.sleep(seconds)
+
+    say(f"ingest: asking for the roads of {query}")
+    servers = replace(section.servers(), wait=wait)
+    asked = download_osm(query, folder, refresh=True, servers=servers)
+    say(f"ingest: roads of {query}: {asked}")
+
+
+def roads_of(section: OsmSection) -> Download:
+    """Return the roads in the cache, downloaded where they are not yet there."""
+    from uxsim_geo.network.osm_download import download_osm
+
+    query = section.query()
+    assert query is not None, "roads in a file are not downloaded"
+    return download_osm(query, _folder(section), servers=section.servers())
+
+
+def _folder(section: OsmSection) -> Path:
+    return section.cache or data_cache() / "osm"
