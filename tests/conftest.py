@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from small_run import run_small, write_small_run
 
-# how fast examples are drawn says nothing of what is tested, and hangs on what else the machine does
+# how fast examples are drawn hangs on what else the machine does, and says nothing of the code
 settings.register_profile(
     "unhurried", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True
 )
