@@ -52,6 +52,36 @@ def test_a_sound_network_and_demand_pass() -> None:
     check_demand(one_trip(), two_links())
 
 
+def test_ids_that_are_numbers_are_told_with_what_to_do() -> None:
+    network = two_links()
+    nodes = network.nodes.assign(node_id=[1, 2, 3])
+    links = network.links.assign(from_node_id=[1, 2], to_node_id=[2, 3])
+    with pytest.raises(InputError) as raised:
+        check_network(replace(network, nodes=nodes, links=links))
+    assert str(raised.value) == (
+        "nodes: 3 rows have a node_id that is not text (node_id 1, 2, 3): "
+        'turn the ids of all tables into text with .astype("str")'
+    )
+
+
+def test_a_number_among_ids_of_text_is_told_and_a_category_of_text_is_text() -> None:
+    assert "1 row has a link_id that is not text (link_id 7)" in faults_of_links(
+        "link_id", ["a-b", 7]
+    )
+    network = two_links()
+    check_network(replace(network, nodes=network.nodes.astype({"node_id": "category"})))
+
+
+def test_an_origin_that_is_a_number_is_told_once() -> None:
+    demand = Demand(one_trip().table.assign(origin=[1]))
+    with pytest.raises(InputError) as raised:
+        check_demand(demand, two_links())
+    assert str(raised.value) == (
+        "demand: 1 row has an origin that is not text (origin 1): "
+        'turn the ids of all tables into text with .astype("str")'
+    )
+
+
 @pytest.mark.parametrize("column", ["length", "lanes", "free_speed", "jam_density"])
 @pytest.mark.parametrize("value", [0.0, -1.0])
 def test_what_is_not_above_zero_is_told_with_its_link(column: str, value: float) -> None:

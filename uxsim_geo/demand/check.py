@@ -6,8 +6,16 @@ import numpy as np
 
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.errors import Faults
+from uxsim_geo.network.check import AS_TEXT
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.rows import add_missing_columns, add_rows, is_among, lacking, numbers
+from uxsim_geo.network.rows import (
+    add_missing_columns,
+    add_rows,
+    is_among,
+    lacking,
+    not_text,
+    numbers,
+)
 
 #: of all rows together; the whole world has about as many
 MOST_VEHICLES = 1e9
@@ -34,7 +42,10 @@ def _add_end_faults(faults: Faults, demand: Demand, network: Network) -> None:
         values = demand.table[column]
         missing = lacking(values)
         add_rows(faults, missing, f"no {column}")
-        unknown = ~is_among(values, network.nodes["node_id"]) & ~missing
+        wrong = not_text(values)
+        what = f"{article} {column} that is not text"
+        add_rows(faults, wrong, what, ids=values, advice=AS_TEXT)
+        unknown = ~is_among(values, network.nodes["node_id"]) & ~missing & ~wrong
         add_rows(
             faults, unknown, f"{article} {column} that is not a node of the network", ids=values
         )

@@ -10,7 +10,14 @@ import pandas as pd
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import MOVEMENT_COLUMNS, REQUIRED_LINK_COLUMNS, Network
 from uxsim_geo.network.paths import VIA_COLUMN, via_links
-from uxsim_geo.network.rows import add_missing_columns, add_rows, is_among, lacking, numbers
+from uxsim_geo.network.rows import (
+    add_missing_columns,
+    add_rows,
+    is_among,
+    lacking,
+    not_text,
+    numbers,
+)
 
 #: of nodes; they may also lack control (then none) and through_traffic (True)
 REQUIRED_NODE_COLUMNS = ("node_id",)
@@ -24,6 +31,9 @@ LARGEST: dict[str, tuple[float, str]] = {
     "free_speed": (150, "m/s"),
     "jam_density": (1, "veh/m/lane"),
 }
+
+#: what to do about ids that are numbers: 1 and "1" would be two nodes
+AS_TEXT = 'turn the ids of all tables into text with .astype("str")'
 
 #: topic of the notes that say why a reader left a column empty; their value is that column's name
 PLACEHOLDER = "placeholder"
@@ -81,6 +91,8 @@ def _link_faults(network: Network) -> Faults:
 def _add_id_faults(faults: Faults, ids: pd.Series) -> None:
     missing = lacking(ids)
     add_rows(faults, missing, f"no {ids.name}")
+    wrong = not_text(ids)
+    add_rows(faults, wrong, f"a {ids.name} that is not text", ids=ids, advice=AS_TEXT)
     repeated = np.asarray(ids.duplicated(), dtype=bool) & ~missing
     add_rows(faults, repeated, f"the {ids.name} of an earlier row", ids=ids)
 

@@ -62,6 +62,14 @@ def is_among(values: pd.Series | pd.Index, known: pd.Series | pd.Index) -> np.nd
     return np.asarray(pd.Index(known).unique().get_indexer(pd.Index(values)) >= 0)
 
 
+def not_text(column: pd.Series) -> np.ndarray:
+    """Where a column of ids has something other than text, such as a number; null is not meant."""
+    if pd.api.types.infer_dtype(column, skipna=True) in {"string", "empty"}:
+        return np.zeros(len(column), dtype=bool)
+    text = np.array([isinstance(value, str) for value in column], dtype=bool)
+    return np.asarray(~text & ~lacking(column), dtype=bool)
+
+
 def numbers(column: pd.Series) -> np.ndarray:
     """The column as float64; what is not a number becomes NaN."""
     return np.asarray(pd.to_numeric(column, errors="coerce"), dtype=np.float64)
