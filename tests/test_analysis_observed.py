@@ -13,8 +13,9 @@ from drives import crowded_grid
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.observations import read_counts, read_travel_times
-from uxsim_geo.analysis.observed import compare_counts, compare_travel_times, geh
+from uxsim_geo.analysis.observed import compare_counts, compare_travel_times
 from uxsim_geo.analysis.skims import skims
+from uxsim_geo.demand.count_adjustment import geh
 from uxsim_geo.errors import InputError
 
 NAN = np.nan

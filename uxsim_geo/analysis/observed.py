@@ -34,6 +34,7 @@ from uxsim_geo.analysis.observations import (
     check_observations,
 )
 from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.demand.count_adjustment import geh
 from uxsim_geo.errors import Faults
 
 HOUR = 3600.0
@@ -134,12 +135,6 @@ def compare_travel_times(observed: pd.DataFrame, simulated: pd.DataFrame) -> Com
         vehicles=sums["vehicles"],
     )
     return Comparison(table, _figures(observed[TRAVEL_TIME].to_numpy(float), mean, unit="s"))
-
-
-def geh(observed_vph: Floats, simulated_vph: Floats) -> Floats:
-    """The GEH statistic of hourly volumes, √(2 (M − C)² / (M + C)); 0 where both are 0."""
-    apart = 2 * (simulated_vph - observed_vph) ** 2
-    return np.sqrt(np.nan_to_num(ratio(apart, simulated_vph + observed_vph)))
 
 
 def _figures(observed: Floats, simulated: Floats, *, unit: str) -> dict[str, float]:

@@ -235,7 +235,7 @@ class _Problem(NamedTuple):
 def _fit(problem: _Problem, vehicles: Floats, hours: Floats) -> dict[str, float]:
     volumes = problem.volumes(vehicles)
     apart = volumes - problem.counted
-    stray = _geh(problem.counted / hours, volumes / hours)
+    stray = geh(problem.counted / hours, volumes / hours)
     some = len(apart) > 0
     return {
         "objective": problem.objective(vehicles),
@@ -247,10 +247,10 @@ def _fit(problem: _Problem, vehicles: Floats, hours: Floats) -> dict[str, float]
     }
 
 
-def _geh(counted_vph: Floats, modelled_vph: Floats) -> Floats:
-    """GEH = √(2 (M − C)² / (M + C)) of hourly flows, 0 where both are 0."""
-    both = counted_vph + modelled_vph
-    apart = 2 * (modelled_vph - counted_vph) ** 2
+def geh(observed_vph: Floats, simulated_vph: Floats) -> Floats:
+    """The GEH statistic of hourly volumes, √(2 (M − C)² / (M + C)); 0 where both are 0."""
+    both = observed_vph + simulated_vph
+    apart = 2 * (simulated_vph - observed_vph) ** 2
     return np.sqrt(np.divide(apart, both, out=np.zeros(len(both)), where=both > 0))
 
 
@@ -263,7 +263,7 @@ def _compared(
         table[name] = problem.volumes(vehicles)
     for name in ("seed", "adjusted"):
         volumes = table[name].to_numpy(np.float64)
-        table[f"geh_{name}"] = _geh(problem.counted / hours, volumes / hours)
+        table[f"geh_{name}"] = geh(problem.counted / hours, volumes / hours)
     unseen = problem.weight == 0
     table["why"] = pd.Series(np.where(unseen, "no row of the demand passes here", ""), dtype="str")
     return table

@@ -14,6 +14,7 @@ from uxsim_geo.control.drivers import DEFAULT
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.rounding import round_keeping_totals
 from uxsim_geo.draws import DEPARTURE, Keys, combine, text_keys, unit
+from uxsim_geo.network.rows import count_within
 from uxsim_geo.settings import Settings
 
 Floats = npt.NDArray[np.float64]
@@ -112,7 +113,7 @@ def make_platoons(
     group, before, vehicles = _cut(whole, settings.platoon_size)
     kind = kind_of_group[group]
     pair = kinds.pair[kind]
-    number = _count_within(pair) + _numbers_taken(ends, kinds, taken)[pair]
+    number = count_within(pair) + _numbers_taken(ends, kinds, taken)[pair]
     key = combine(pair_keys[pair], number.astype(np.uint64))
     if settings.demand_rounding == "conserve":
         chance = 0.5 if settings.deterministic else unit(combine(key, DEPARTURE))
@@ -295,13 +296,3 @@ def _cut(vehicles: Ints, size: int) -> tuple[Ints, Ints, Ints]:
     first = np.repeat(np.cumsum(count) - count, count)
     before = (np.arange(group.size) - first) * size
     return group, before, np.minimum(size, vehicles[group] - before)
-
-
-def _count_within(values: Ints) -> Ints:
-    """Number the occurrences of every value from 0, in their order."""
-    order = np.argsort(values, kind="stable")
-    ordered = values[order]
-    first = np.searchsorted(ordered, ordered, side="left")
-    number = np.empty_like(order)
-    number[order] = np.arange(order.size) - first
-    return number

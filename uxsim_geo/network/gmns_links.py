@@ -34,6 +34,12 @@ from uxsim_geo.network.units import PER_HOUR, parse_unit
 DIRECTED = {"": True, "nan": True, "1": True, "1.0": True, "true": True, "yes": True}
 DIRECTED |= dict.fromkeys(("0", "0.0", "false", "no"), False)
 
+#: by column, the option that states what is assumed where it is empty, and its unit
+WHERE_MISSING = {
+    "lanes": ("lanes_where_missing", ""),
+    "free_speed": ("speed_where_missing", " m/s"),
+}
+
 #: veh/h: no lane carries more; a larger number is of a day, or of the whole link
 MOST_OF_A_LANE = 3000.0
 
@@ -90,7 +96,7 @@ def _length(reading: Reading, table: CsvTable) -> np.ndarray:
 
 def _lanes(reading: Reading, table: CsvTable) -> tuple[np.ndarray, np.ndarray]:
     """Lanes, and where each number comes from: given or assumed."""
-    faults, options = reading.faults["link"], reading.options
+    faults = reading.faults["link"]
     lanes = number_column(table, "lanes", faults)
     what = "must be a whole number of lanes, above 0 on a link for motor vehicles"
     add_cell_faults(faults, table, (lanes <= 0) | (lanes % 1 > 0), "lanes", what)
@@ -101,15 +107,7 @@ def _lanes(reading: Reading, table: CsvTable) -> tuple[np.ndarray, np.ndarray]:
         value = int(differs.sum())
         reading.notes.add("lanes differ", note, element="link", severity="warning", value=value)
     lanes = np.where(np.isfinite(lanes), lanes, counted)
-    missing = _is_empty(table, "lanes") & ~np.isfinite(lanes)
-    if options.lanes_where_missing is None:
-        _add_missing(reading, table, missing, "lanes", "lanes_where_missing")
-        return lanes, np.full(len(lanes), "given", dtype=object)
-    ids = [link_id or "" for link_id in np.array(id_cells(table, "link_id"))[missing]]
-    note = f"no lanes in the file: {options.lanes_where_missing} assumed"
-    reading.notes.add_each("lanes assumed", note, ids)
-    lanes = np.where(missing, options.lanes_where_missing, lanes)
-    return lanes, np.where(missing, "assumed", "given").astype(object)
+    return _with_assumed(reading, table, "lanes", lanes)
 
 
 def _lanes_counted(reading: Reading, table: CsvTable) -> np.ndarray:
@@ -130,24 +128,33 @@ def _lanes_counted(reading: Reading, table: CsvTable) -> np.ndarray:
 
 def _free_speed(reading: Reading, table: CsvTable) -> tuple[np.ndarray, np.ndarray]:
     """Free speed, m/s, and where each comes from: given or assumed."""
-    faults, options = reading.faults["link"], reading.options
+    faults = reading.faults["link"]
     values = number_column(table, "free_speed", faults)
     add_cell_faults(faults, table, values <= 0, "free_speed", "must be above 0")
     unit = stated_unit(reading, table, "free_speed")
     speed = to_si(table.cells("free_speed"), values, factors(unit, "speed", len(table)))
-    missing = _is_empty(table, "free_speed")
-    if options.speed_where_missing is None:
-        _add_missing(reading, table, missing, "free_speed", "speed_where_missing")
-        return speed, np.full(len(speed), "given", dtype=object)
+    return _with_assumed(reading, table, "free_speed", speed)
+
+
+def _with_assumed(
+    reading: Reading, table: CsvTable, name: str, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The values with what is assumed where there is none, and which are given or assumed.
+
+    Where nothing is to be assumed, every missing value is a fault.
+    """
+    option, unit = WHERE_MISSING[name]
+    cells = table.cells(name)
+    missing = np.array([is_missing(cell) for cell in cells], dtype=bool) & ~np.isfinite(values)
+    assumed = getattr(reading.options, option)
+    if assumed is None:
+        _add_missing(reading, table, missing, name, option)
+        return values, np.full(len(values), "given", dtype=object)
     ids = [link_id or "" for link_id in np.array(id_cells(table, "link_id"))[missing]]
-    note = f"no free_speed in the file: {options.speed_where_missing:g} m/s assumed"
-    reading.notes.add_each("free speed assumed", note, ids)
-    speed = np.where(missing, options.speed_where_missing, speed)
-    return speed, np.where(missing, "assumed", "given").astype(object)
-
-
-def _is_empty(table: CsvTable, name: str) -> np.ndarray:
-    return np.array([is_missing(cell) for cell in table.cells(name)], dtype=bool)
+    note = f"no {name} in the file: {assumed:g}{unit} assumed"
+    reading.notes.add_each(f"{name.replace('_', ' ')} assumed", note, ids)
+    source = np.where(missing, "assumed", "given").astype(object)
+    return np.where(missing, assumed, values), source
 
 
 def _add_missing(

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.rows import numbers
+from uxsim_geo.network.rows import count_within, numbers
 
 Rows = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -92,21 +92,13 @@ def twins_of(network: Network, ends: Ends) -> Rows:
     number = np.cumsum(new) - 1
     # where two roads of one length lie side by side, the first link is paired with the first back
     side = against[order].astype(np.int64)
-    place = _count_within(2 * number + side)
+    place = count_within(2 * number + side)
     key = number * (len(order) + 1) + place
     twins = np.full(len(order), -1, dtype=np.int64)
     _, one, other = np.intersect1d(key[side == 0], key[side == 1], return_indices=True)
     ahead, back = order[side == 0][one], order[side == 1][other]
     twins[ahead], twins[back] = back, ahead
     return twins
-
-
-def _count_within(groups: Rows) -> Rows:
-    """Place of each row within its group, from 0; equal groups stand together."""
-    new = np.ones(len(groups), dtype=bool)
-    new[1:] = groups[1:] != groups[:-1]
-    begin = np.flatnonzero(new)
-    return np.asarray(np.arange(len(groups)) - np.repeat(begin, np.diff([*begin, len(groups)])))
 
 
 def rank_of(ids: pd.Series) -> Rows:

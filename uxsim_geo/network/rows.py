@@ -81,6 +81,16 @@ def whole_where_possible(values: np.ndarray) -> np.ndarray:
     return values.astype(np.int64) if whole else values
 
 
+def count_within(values: np.ndarray) -> np.ndarray:
+    """Number the occurrences of every value (integers) from 0, in their order; int64."""
+    order = np.argsort(values, kind="stable")
+    ordered = values[order]
+    first = np.searchsorted(ordered, ordered, side="left")
+    number = np.empty_like(order)
+    number[order] = np.arange(order.size) - first
+    return number
+
+
 def lacking(column: pd.Series) -> np.ndarray:
     """Where a text column has nothing: null, empty or blank."""
     text = column.astype("str").str.strip()
