@@ -134,6 +134,11 @@ class DemandEntry(Section):
     profile: tuple[ProfileStep, ...] = Field(
         (), strict=False, description="pairs [until_s, share], as in ingest.trips"
     )
+    whole_vehicles: bool | None = Field(
+        None,
+        description="vehicles between two places are rounded to whole ones, totals kept, before "
+        "nodes share them; none: those of gravity are, others are not",
+    )
     driver_class: Id | None = Field(
         None, alias="class", description="of simulate.classes, to which its drivers belong"
     )
@@ -149,6 +154,10 @@ class DemandEntry(Section):
             raise ValueError("trip_list has departures of its own; leave demand_period_s out")
         self.trips_options()
         return self
+
+    def rounds(self) -> bool:
+        """Whether the pairs of places get whole vehicles."""
+        return self.gravity is not None if self.whole_vehicles is None else self.whole_vehicles
 
     def trips_options(self) -> TripsOptions | None:
         """Return when the trips are made; None: as the table itself says."""

@@ -46,7 +46,7 @@ def of_class(demand: Demand, name: str | None) -> Demand:
 def _read_entry(entry: DemandEntry, network: Network) -> Demand:
     from uxsim_geo.demand.od_loading import load_od
     from uxsim_geo.demand.timing import in_time
-    from uxsim_geo.demand.transform import scale, shift
+    from uxsim_geo.demand.transform import scale, shift, whole_vehicles
 
     access: Access | None
     unknown: Literal["fault", "drop"] = "fault"
@@ -57,6 +57,8 @@ def _read_entry(entry: DemandEntry, network: Network) -> Demand:
         assert section is not None
         od, unknown = _read_od(section, network), section.unknown
         access = None if section.zones is None else _access(section.zones, network)
+    if entry.rounds():
+        od = whole_vehicles(od)[0]
     options = entry.trips_options()
     if options is not None:
         od = in_time(od, options)

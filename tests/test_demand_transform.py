@@ -15,6 +15,7 @@ from uxsim_geo.demand.transform import (
     scale,
     shift,
     split_classes,
+    whole_vehicles,
 )
 from uxsim_geo.errors import InputError
 
@@ -146,3 +147,41 @@ def test_places_and_classes_that_are_not_there_are_told_all_at_once() -> None:
         shift(od(("1", "2", 3.0)), 60.0)
     with pytest.raises(InputError, match="has no times"):
         scale(od(("1", "2", 3.0)), 2.0, Where(between=(0.0, 1.0)))
+
+
+def many_small_pairs() -> OdTable:
+    """300 zones, 90,000 pairs of 0.001 to 0.1 vehicles, 2,300 in all."""
+    drawn = np.random.default_rng(5).gamma(0.5, 0.05, (300, 300))
+    names = [f"z{number}" for number in range(300)]
+    pairs = [(start, end) for start in names for end in names]
+    return od(*((*pair, value) for pair, value in zip(pairs, drawn.ravel().tolist(), strict=True)))
+
+
+def test_rounded_pairs_are_whole_and_keep_the_totals_of_places() -> None:
+    before = many_small_pairs()
+    after, report = whole_vehicles(before)
+    vehicles = after.table["vehicles"].to_numpy()
+    assert (vehicles == np.floor(vehicles)).all()
+    assert (vehicles > 0).all()
+    assert len(after.table) <= vehicles.sum()
+    assert abs(vehicles.sum() - before.table["vehicles"].sum()) < 1
+    for end in ("out", "in"):
+        assert (report[f"{end}_after"] - report[f"{end}_before"]).abs().max() < 1
+    assert after.notes["topic"].tolist() == ["changed"]
+    again, _ = whole_vehicles(before)
+    assert again.table.equals(after.table)
+
+
+def test_small_pairs_are_drawn_in_proportion_to_their_vehicles() -> None:
+    before = many_small_pairs().table
+    after = whole_vehicles(many_small_pairs())[0].table
+    both = before.merge(after, on=["origin", "destination"], how="left", suffixes=("", "_whole"))
+    both = both.fillna({"vehicles_whole": 0.0})
+    tenth = pd.qcut(both["vehicles"], 10)
+    sums = both.groupby(tenth, observed=True)[["vehicles", "vehicles_whole"]].sum()
+    # fluctuations of so many draws, three standard deviations
+    assert ((sums["vehicles_whole"] - sums["vehicles"]).abs() < 3 * sums["vehicles"] ** 0.5).all()
+
+
+def test_pairs_that_are_whole_stay_as_they_are() -> None:
+    assert values(whole_vehicles(table())[0].table) == values(table().table)

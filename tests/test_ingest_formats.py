@@ -157,6 +157,12 @@ def test_demand_by_gravity_between_cells(tmp_path: Path, osm: dict[str, Any]) ->
     section = osm | {"demand": [{"gravity": gravity, "demand_period_s": 900.0}]}
     assert ingest(tmp_path, section) == 0
     assert figures(tmp_path)["vehicles_completed"] == pytest.approx(80, abs=1)
+    few = pd.read_parquet(tmp_path / "run/demand.parquet")
+    section["demand"][0] |= {"whole_vehicles": False}
+    assert ingest(tmp_path, section) == 0
+    all_pairs = pd.read_parquet(tmp_path / "run/demand.parquet")
+    assert len(few) < len(all_pairs)
+    assert few["vehicles"].sum() == pytest.approx(all_pairs["vehicles"].sum(), abs=1)
 
 
 def test_sources_add_up_and_have_classes(tmp_path: Path, osm: dict[str, Any]) -> None:

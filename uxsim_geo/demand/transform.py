@@ -17,16 +17,20 @@ import pandas as pd
 from uxsim_geo.demand.od_table import (
     CLASS,
     TIMES,
+    Ends,
     Od,
     OdTable,
     add_of_rows,
     check_od,
     classes_of,
+    ends_of,
     ordered,
     totals_report,
     vehicles_of,
     with_notes,
 )
+from uxsim_geo.demand.rounding import round_keeping_totals
+from uxsim_geo.draws import Keys, combine, text_keys
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.notes import Notes
 
@@ -190,6 +194,33 @@ def split_classes(
     table = pd.concat([part for part in parts if len(part)] or parts[:1])
     told = ", ".join(f"{name} {share:g}" for name, share in shares.items())
     return _changed(od, table, f"parted among classes: {told}", chosen)
+
+
+def whole_vehicles(od: Od) -> tuple[Od, pd.DataFrame]:
+    """Round the vehicles of every row up or down, totals of places and of all kept within one.
+
+    Small pairs of a table with many of them are drawn, each in proportion to its vehicles, by the
+    names of its places alone: the same at every seed, and in scenarios that change other pairs as
+    alike as the totals allow. So a table has no more rows than vehicles. Returns as :func:`scale`.
+    """
+    ends = ends_of(od.table)
+    whole = round_keeping_totals(
+        vehicles_of(od.table), ends.origin, ends.destination, _keys_of_rows(od.table, ends)
+    )
+    chosen = whole > 0
+    table = od.table.assign(vehicles=whole.astype(np.float64))[chosen]
+    return _changed(od, table, "rounded to whole vehicles, totals kept", np.ones(len(whole), bool))
+
+
+@np.errstate(over="ignore")  # hashes overflow by design
+def _keys_of_rows(table: pd.DataFrame, ends: Ends) -> Keys:
+    """A random identity for every row: its places, class and time."""
+    names, classes = text_keys(ends.names), classes_of(table)
+    keys: Keys = combine(names[ends.origin], names[ends.destination])
+    keys = combine(keys, text_keys(classes[0])[classes[1]])
+    if TIMES[0] in table:
+        keys = combine(keys, table[TIMES[0]].to_numpy(np.float64).view(np.uint64))
+    return keys
 
 
 def _changed(od: Od, table: pd.DataFrame, what: str, chosen: Booleans) -> tuple[Od, pd.DataFrame]:
