@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from pipeline.config_keys import (
     CacheFolder,
+    Ids,
     InputFile,
     InputFolder,
     PolygonKey,
@@ -168,6 +169,12 @@ class GmnsSection(Section):
         "listed",
         description="listed: movement.csv, where there is one, bans what it does not list at its "
         "nodes; all: it is not read",
+    )
+    timing_plans: Ids = Field(
+        (),
+        strict=False,
+        description="timing_plan_ids of signal_timing_plan.csv to be read, where controllers have "
+        "several, one for each time of the day; none: all",
     )
     demand: bool = Field(True, description="whether demand.csv is read too, where there is one")
     demand_period_s: float | None = Field(

@@ -51,7 +51,7 @@ def _gmns_plans(section: IngestSection, network: Network, notes: Notes) -> pd.Da
     told = section.gmns
     if told is None or not (told.folder / "signal_timing_plan.csv").is_file():
         return table_of([])
-    signals = read_gmns_signals(told.folder, network)
+    signals = read_gmns_signals(told.folder, network, timing_plans=told.timing_plans or None)
     notes.add_table(signals.notes)
     whole = [one for one in signals.plans if one.begin <= 0 and one.end == math.inf]
     for node in dict.fromkeys(one.node_id for one in signals.plans if one not in whole):

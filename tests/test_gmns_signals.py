@@ -143,10 +143,10 @@ def test_one_plan_of_several_is_to_be_stated(tmp_path: Path) -> None:
     }
     with pytest.raises(InputError, match="controller c1 has the plans p, q: state which to read"):
         read(tmp_path, **tables)
-    (signal,), _ = read_gmns_signals(tmp_path, crossing(), plans=["q"])
+    (signal,), _ = read_gmns_signals(tmp_path, crossing(), timing_plans=["q"])
     assert signal.phases == (Phase(25, ("nm",)), Phase(25, ("em",)))
     with pytest.raises(InputError, match="there is no such plan"):
-        read_gmns_signals(tmp_path, crossing(), plans=["ghost"])
+        read_gmns_signals(tmp_path, crossing(), timing_plans=["ghost"])
 
 
 @pytest.mark.parametrize(

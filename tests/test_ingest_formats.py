@@ -297,6 +297,24 @@ def test_signals_of_gmns_tables_keep_their_times(tmp_path: Path) -> None:
     assert (held["green_s"], held["offset_s"], held["cycle_s"]) == (30.0, 5.0, 55.0)
 
 
+def test_one_of_several_plans_of_a_controller_is_stated(tmp_path: Path) -> None:
+    phases = Phase(30.0, ("link 0",)), Phase(25.0, ())
+    day = Signal("b", phases, begin=0.0, end=900.0)
+    night = Signal("b", phases[::-1], offset=5.0, begin=900.0)
+    crossing = replace(road(), nodes=road().nodes.assign(control=["none", "signal"]))
+    write_gmns(crossing, trips(), tmp_path / "gmns", signals=[day, night])
+    plans = pd.read_csv(tmp_path / "gmns/signal_timing_plan.csv", dtype="str")
+    plans[["timing_plan_id", "controller_id"]].to_csv(
+        tmp_path / "gmns/signal_timing_plan.csv", index=False
+    )
+    section = {"format": "gmns", "gmns": {"folder": "gmns"}}
+    assert ingest(tmp_path, section) == 2
+    section["gmns"] = {"folder": "gmns", "timing_plans": [plans["timing_plan_id"][1]]}
+    assert ingest(tmp_path, section) == 0
+    held = pd.read_csv(tmp_path / "run/network/signals.csv")
+    assert set(held["offset_s"]) == {5.0}
+
+
 def test_signals_of_the_network_where_nobody_drives_are_no_warning(
     tmp_path: Path, osm: dict[str, Any]
 ) -> None:

@@ -83,12 +83,12 @@ class Timing:
 
 
 def read_gmns_signals(
-    folder: Path, network: Network, *, plans: Collection[str] | None = None
+    folder: Path, network: Network, *, timing_plans: Collection[str] | None = None
 ) -> Signals:
     """Read the signal plans of a GMNS folder, for the nodes and links of ``network``.
 
-    ``plans``: the timing_plan_ids to be read, where a controller has several, one for each time of
-    the day; None: all. Offsets count from the start of the simulation.
+    ``timing_plans``: the timing_plan_ids to be read, where a controller has several, one for each
+    time of the day; None: all. Offsets count from the start of the simulation.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong in the tables.
     """
@@ -102,7 +102,7 @@ def read_gmns_signals(
     signals: list[Signal] = []
     if all(complete):
         _add_reference_faults(found, own)
-        chosen = _chosen(found["signal_timing_plan"], plans, own["signal_timing_plan"])
+        chosen = _chosen(found["signal_timing_plan"], timing_plans, own["signal_timing_plan"])
         timings = _timings(found["signal_timing_phase"], own["signal_timing_phase"], notes)
         greens = _greens(found, network, notes)
         offsets = _offsets(found.get("signal_coordination"), own, timings)
@@ -162,8 +162,8 @@ def _chosen(table: CsvTable, plans: Collection[str] | None, faults: Faults) -> l
         by_controller.setdefault(controllers[row], []).append(str(ids[row]))
     for controller, own in by_controller.items():
         if len(own) > 1 and not timed:
-            what = f"controller {controller} has the plans {', '.join(own)}: state which to read"
-            faults.add(what, column="controller_id")
+            what = f"controller {controller} has the plans {', '.join(own)}"
+            faults.add(f"{what}: state which to read (timing_plans)", column="controller_id")
     return chosen
 
 
