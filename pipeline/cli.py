@@ -101,6 +101,11 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("export", help=text, description=text)
     command.set_defaults(command=_export)
     _add_export_options(command)
+    text = "download open data by name into the cache, and show a configuration that uses them"
+    command = commands.add_parser("fetch", help=text, description=text)
+    command.set_defaults(command=_fetch)
+    command.add_argument("name", nargs="?", metavar="NAME", help="as SiouxFalls; none: list all")
+    command.add_argument("--list", action="store_true", help="list all that is known by name")
     return parser
 
 
@@ -213,4 +218,14 @@ def _export(options: argparse.Namespace) -> int:
     for note in written.notes:
         show(f"note: {note}", sys.stderr)
     show(f"{written.path}: {written.rows:,} rows, {written.columns} columns", sys.stdout)
+    return DONE
+
+
+def _fetch(options: argparse.Namespace) -> int:
+    from pipeline.open_data import fetch_data, known_data
+
+    if options.list or options.name is None:
+        show(known_data(), sys.stdout)
+        return DONE
+    show(fetch_data(options.name, lambda line: show(line, sys.stderr)), sys.stdout)
     return DONE

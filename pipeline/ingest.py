@@ -16,6 +16,7 @@ from pipeline.progress import Watch
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS, signal_table
 from pipeline.stages import Outcome, Stage, Task
+from pipeline.tntp_sources import dataset_inputs, fetch_dataset, files_of, note_dataset
 from pipeline.warned import number_in_words, warnings_in
 from uxsim_geo.errors import Fault, InputError
 
@@ -36,12 +37,13 @@ def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG0
     named = named_files(config.ingest)
     # other runs keep their downloads in the same cache: of it, this run's alone is an input
     files = {name: path for name, path in named.items() if not name.startswith(CACHE)}
-    return files | downloaded_files(config.ingest.osm)
+    return files | downloaded_files(config.ingest.osm) | dataset_inputs(config.ingest)
 
 
 def _prepare(config: Config, watch: Watch) -> None:
     if config.ingest.osm is not None:
         fetch_roads(config.ingest.osm, watch.say)
+    fetch_dataset(config.ingest, watch.say)
 
 
 def _run(task: Task) -> Outcome:
@@ -120,9 +122,11 @@ def read_sources(
 def _tntp_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
     from uxsim_geo.network.tntp import read_tntp_network
 
-    assert section.net is not None
-    options = section.network_options()
-    return read_tntp_network(section.net, options, nodes=section.nodes, flow=section.flow)
+    files, options = files_of(section), section.network_options()
+    network = read_tntp_network(
+        files["net"], options, nodes=files.get("nodes"), flow=files.get("flow")
+    )
+    return note_dataset(network, section)
 
 
 def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
@@ -187,9 +191,11 @@ def _tntp_trips(section: IngestSection, network: Network) -> list[Demand]:
 
     faults: list[Fault] = []
     demands: list[Demand] = []
+    files = files_of(section)
     for entry in section.trips:
+        file = files["trips"] if entry.file is None else entry.file
         try:
-            demand = read_tntp_trips(entry.file, entry.trips_options(), network)
+            demand = read_tntp_trips(file, entry.trips_options(), network)
             demands.append(of_class(demand, entry.driver_class))
         except InputError as error:
             faults += error.faults

@@ -17,6 +17,7 @@ from pipeline.ingest_config_formats import (
 )
 from pipeline.ready_config import ReadySection
 from uxsim_geo.demand.profile import TripsOptions
+from uxsim_geo.network.tntp_collection import KnownNetwork, Role, read_collection
 from uxsim_geo.network.tntp_options import (
     CapacityFrom,
     Centroids,
@@ -33,7 +34,7 @@ Format = Literal["tntp", "osm", "gmns", "csv", "tables"]
 SECTIONS = ("osm", "gmns", "csv", "tables")
 
 #: keys that say nothing about other formats
-TNTP_ALONE = ("net", "nodes", "flow", "trips")
+TNTP_ALONE = ("dataset", "net", "nodes", "flow", "trips")
 
 
 def _one_or_many(value: object) -> object:
@@ -48,6 +49,11 @@ def _unit_of(quantity: Quantity) -> AfterValidator:
     return AfterValidator(check)
 
 
+def _known_dataset(name: str) -> str:
+    return read_collection().find(name).name
+
+
+DatasetName = Annotated[str, AfterValidator(_known_dataset)]
 LengthUnit = Annotated[str, _unit_of("length")]
 TimeUnit = Annotated[str, _unit_of("time")]
 SpeedUnit = Annotated[str, _unit_of("speed")]
@@ -57,7 +63,9 @@ CapacityUnit = Annotated[str, _unit_of("capacity")]
 class TripsEntry(Section):
     """One trips file, and when its trips are made."""
 
-    file: InputFile = Field(description="trips file, TNTP")
+    file: InputFile | None = Field(
+        None, description="trips file, TNTP; none: that of ingest.dataset"
+    )
     demand_period_s: float = Field(
         gt=0, description="length of the period over which the file's trips depart, s"
     )
@@ -114,6 +122,11 @@ class IngestSection(Section):
     signal_table: InputFile | None = Field(
         None,
         description="CSV of signal plans in their place, as a run has it in network/signals.csv",
+    )
+    dataset: DatasetName | None = Field(
+        None,
+        description="TNTP network by its name in the list of uxsim-geo fetch: downloaded once, its "
+        "files used where net, nodes, flow and trips.file name none; units are not part of it",
     )
     net: InputFile | None = Field(None, description="network file, TNTP; its keys are those below")
     nodes: InputFile | None = Field(None, description="file of coordinates, TNTP or GeoJSON")
@@ -180,8 +193,8 @@ class IngestSection(Section):
         for name in SECTIONS:
             if name != self.format and getattr(self, name) is not None:
                 raise ValueError(f"{name} is for format: {name}, and this is {self.format}")
-        if self.format == "tntp" and self.net is None:
-            raise ValueError("net is missing: the network file, TNTP")
+        if self.format == "tntp" and self.net is None and self.dataset is None:
+            raise ValueError("net is missing: the network file, TNTP; or name a dataset")
         for name in TNTP_ALONE:
             if self.format != "tntp" and getattr(self, name) not in (None, ()):
                 raise ValueError(f"{name} is for format: tntp, and this is {self.format}")
@@ -189,8 +202,34 @@ class IngestSection(Section):
         with_network |= self.gmns is not None and self.gmns.demand
         if not (self.trips or self.demand or with_network):
             raise ValueError("has no trips: give demand, or with TNTP files trips")
+        self._check_trips_files()
         self.network_options()
         return self
+
+    def _check_trips_files(self) -> None:
+        known = self.dataset_network
+        if all(entry.file is not None for entry in self.trips):
+            return
+        if known is None:
+            raise ValueError("trips.file is missing: the trips file, TNTP")
+        if "trips" not in known.files:
+            raise ValueError(f"trips.file is missing: dataset {known.name} has no trips")
+
+    @property
+    def dataset_network(self) -> KnownNetwork | None:
+        """The network that is named as data set."""
+        return None if self.dataset is None else read_collection().find(self.dataset)
+
+    def roles_of_dataset(self) -> tuple[Role, ...]:
+        """Return which files of the data set are read: those in whose place none is named."""
+        known = self.dataset_network
+        own: dict[Role, bool] = {
+            "net": self.net is not None,
+            "nodes": self.nodes is not None,
+            "flow": self.flow is not None,
+            "trips": all(entry.file is not None for entry in self.trips),
+        }
+        return () if known is None else tuple(role for role in known.files if not own[role])
 
     @property
     def steps(self) -> ReadySection | None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.downloads import announced_wait, data_cache
 from pipeline.ingest_config_formats import OsmSection
 
 if TYPE_CHECKING:
@@ -16,16 +15,6 @@ if TYPE_CHECKING:
 
 #: the key that names the cache, whose other files are no inputs of a run
 CACHE = "osm.cache"
-
-
-def data_cache() -> Path:
-    """Return the folder for what is downloaded, by what the environment says of it."""
-    own, shared = os.environ.get("UXSIM_GEO_CACHE"), os.environ.get("XDG_CACHE_HOME")
-    if own:
-        return Path(own).expanduser().resolve()
-    # a relative path in that variable does not count, says its specification
-    caches = Path(shared) if shared and Path(shared).is_absolute() else Path.home() / ".cache"
-    return caches / "uxsim-geo"
 
 
 def downloaded_files(section: OsmSection | None) -> dict[str, Path]:
@@ -48,13 +37,8 @@ def fetch_roads(section: OsmSection, say: Callable[[str], None]) -> None:
     if kept is not None:
         say(f"ingest: roads of {query}, from the cache: {kept}")
         return
-
-    def wait(seconds: float) -> None:
-        say(f"ingest: the server is busy; it is asked again in {seconds:.0f} s")
-        time.sleep(seconds)
-
     say(f"ingest: asking for the roads of {query}")
-    servers = replace(section.servers(), wait=wait)
+    servers = replace(section.servers(), wait=announced_wait(say))
     asked = download_osm(query, folder, refresh=True, servers=servers)
     say(f"ingest: roads of {query}: {asked}")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Iterable
@@ -12,7 +11,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from uxsim_geo.errors import Fault, InputError
-from uxsim_geo.files import replace_when_complete
+from uxsim_geo.files import replace_when_complete, sha256_of
 
 MANIFEST = "manifest.json"
 CONFIG = "config.yaml"
@@ -122,9 +121,7 @@ class RunFolder:
 
 def record_file(path: Path, name: str | None = None) -> FileRecord:
     """Read a file for its SHA-256 and size; ``name`` stands for its path in the record."""
-    with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return FileRecord(name or str(path), digest, path.stat().st_size)
+    return FileRecord(name or str(path), sha256_of(path), path.stat().st_size)
 
 
 def is_unchanged(record: FileRecord, path: Path) -> bool:

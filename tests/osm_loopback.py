@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs
 
+from loopback import Reply, serving
 from shapely.geometry import LineString, Polygon, box, mapping
 
 DATE = "2025-03-01T12:00:00Z"
@@ -116,16 +115,6 @@ def overpass(question: str) -> dict[str, Any]:
     return {"version": 0.6, "osm3s": {"timestamp_osm_base": DATE}, "elements": found}
 
 
-@dataclass(frozen=True)
-class Reply:
-    """An answer out of order: ``cut`` promises more bytes than come."""
-
-    status: int = 200
-    body: bytes = b""
-    headers: dict[str, str] = field(default_factory=dict)
-    cut: bool = False
-
-
 @dataclass
 class Loopback:
     """Where the servers are, what they were asked; ``replies`` come first, by path, one each."""
@@ -155,36 +144,5 @@ class Loopback:
 def loopback() -> Iterator[Loopback]:
     """Servers on a free port of this computer, until the end of the block."""
     state = Loopback()
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            parts = urlsplit(self.path)
-            self._answer(parts.path, parts.query)
-
-        def do_POST(self) -> None:
-            sent = self.rfile.read(int(self.headers["Content-Length"]))
-            self._answer(self.path, sent.decode())
-
-        def _answer(self, path: str, text: str) -> None:
-            state.agents.append(self.headers["User-Agent"])
-            reply = state.reply(path, text)
-            self.send_response(reply.status)
-            for name, value in reply.headers.items():
-                self.send_header(name, value)
-            self.send_header("Content-Length", str(len(reply.body) + (100 if reply.cut else 0)))
-            self.end_headers()
-            self.wfile.write(reply.body)
-
-        def log_message(self, format: str, *arguments: object) -> None:  # noqa: A002
-            """Say nothing."""
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    state.url = f"http://127.0.0.1:{server.server_port}"
-    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-    thread.start()
-    try:
+    with serving(state):
         yield state
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()

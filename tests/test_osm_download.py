@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import json
-import socket
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +16,8 @@ import pandas as pd
 import pytest
 import yaml
 from conftest import REPOSITORY
-from osm_loopback import DATE, PLACES, TOWN_BOX, Loopback, Reply, loopback, match, overpass
+from loopback import Reply, closed_port
+from osm_loopback import DATE, PLACES, TOWN_BOX, Loopback, loopback, match, overpass
 from shapely.geometry import Point, Polygon, box
 
 from pipeline.cli import main
@@ -217,12 +217,6 @@ def test_a_file_changed_since_is_not_believed(tmp_path: Path, server: Loopback) 
     assert len(server.asked) == 3
 
 
-def closed_port() -> str:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return f"http://127.0.0.1:{free.getsockname()[1]}"
-
-
 @pytest.mark.parametrize("query", [TOWN, OsmQuery(place="Smalltown")], ids=str)
 def test_without_a_network_the_cache_serves(
     tmp_path: Path, server: Loopback, query: OsmQuery
@@ -270,8 +264,8 @@ def test_a_busy_server_is_not_asked_for_ever(tmp_path: Path, server: Loopback) -
     server.replies["/interpreter"] = [reply] * 9
     waited: list[float] = []
     text = fault(tmp_path, server, waited=waited)
-    assert "answers 504: the server is too busy, or the area too large" in text
-    assert "asked 3 times" in text
+    assert "answers 504: the server is too busy for it; asked 3 times" in text
+    assert "with a smaller area" in text
     assert waited == [120.0, 120.0]
     assert len(server.asked) == 3
 
@@ -355,7 +349,7 @@ def test_an_answer_may_not_trickle_in_for_ever(
     tmp_path: Path, server: Loopback, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = iter(range(0, 10**9, 1000))
-    monkeypatch.setattr("uxsim_geo.network.osm_servers.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("uxsim_geo.network.bounded_http.time.monotonic", lambda: next(clock))
     assert "comes in too slowly" in fault(tmp_path, server)
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import pandas as pd
 
-from uxsim_geo.network.network import NOTE_COLUMNS
+from uxsim_geo.network.network import NOTE_COLUMNS, Network
 
 Element = Literal["node", "link", "demand", "network"]
 Severity = Literal["info", "warning"]
@@ -60,6 +60,12 @@ class Notes:
     def table(self) -> pd.DataFrame:
         """One row a note, columns :data:`NOTE_COLUMNS`."""
         return pd.DataFrame(self.rows, columns=list(NOTE_COLUMNS)).astype("str")
+
+
+def with_notes_in_front(network: Network, notes: Notes) -> Network:
+    """Return the network with notes that come before its own."""
+    table = pd.concat([notes.table(), network.notes], ignore_index=True)
+    return replace(network, notes=table)
 
 
 def _text(value: object) -> str | None:

@@ -6,8 +6,6 @@ came: question, date of the map, servers, SHA-256. Only with that is it believed
 
 from __future__ import annotations
 
-import dataclasses
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -15,21 +13,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from uxsim_geo.errors import Fault, Faults, InputError
-from uxsim_geo.files import replace_when_complete
+from uxsim_geo.files import replace_when_complete, sha256_of
+from uxsim_geo.network.bounded_http import Refusal, Unreachable
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.notes import Notes, with_notes_in_front
 from uxsim_geo.network.osm_answer import ATTRIBUTION, LICENCE, read_answer, write_osm_xml
 from uxsim_geo.network.osm_query import OsmQuery, area_km2, overpass_question
-from uxsim_geo.network.osm_servers import (
-    Refusal,
-    Servers,
-    Unreachable,
-    ask_overpass,
-    find_place,
-)
+from uxsim_geo.network.osm_servers import Servers, ask_overpass, find_place
 
 #: grows whenever the meaning of the side file's entries changes
 RECORD_FORMAT = 1
@@ -100,7 +91,7 @@ def cached_osm(query: OsmQuery, folder: Path) -> Download | None:
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         what = f"does not say how the roads came ({error}); refresh: true asks for them again"
         raise InputError([Fault(what, str(record))]) from error
-    if not sound or _sha256(path) != download.sha256:
+    if not sound or sha256_of(path) != download.sha256:
         what = "is not as it was downloaded; refresh: true asks for it again"
         raise InputError([Fault(what, str(path))])
     return download
@@ -170,7 +161,7 @@ def _download(query: OsmQuery, folder: Path, servers: Servers, faults: Faults) -
         overpass=overpass,
         nominatim=nominatim,
         question=question,
-        sha256=_sha256(path),
+        sha256=sha256_of(path),
         elements=answer.counts(),
     )
     _write_record(download)
@@ -202,8 +193,7 @@ def note_download(network: Network, download: Download) -> Network:
         others = f"; {download.others} other matches were passed over" if download.others else ""
         note = f"the geocoder's place (value) was taken{others}"
         notes.add("source", note, value=download.found)
-    table = pd.concat([notes.table(), network.notes], ignore_index=True)
-    return dataclasses.replace(network, notes=table)
+    return with_notes_in_front(network, notes)
 
 
 def _write_record(download: Download) -> None:
@@ -221,8 +211,3 @@ def _write_record(download: Download) -> None:
 
 def _record_path(path: Path) -> Path:
     return path.with_name(f"{path.name}.json")
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
