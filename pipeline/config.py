@@ -29,7 +29,10 @@ def _in_utc(instant: datetime) -> datetime:
 
 
 #: what a report can hold; ``pipeline.report`` has one function for each
-Output = Literal["geopackage", "space_time"]
+Output = Literal["geopackage", "space_time", "geoparquet", "flatgeobuf"]
+
+#: layers of a results file that can be left out; ``uxsim_geo.export.run_layers`` makes them
+LayerName = Literal["link_times", "link_states", "od_lines", "trajectories", "import_notes"]
 
 
 Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
@@ -104,8 +107,20 @@ class SimulateSection(LocatedSection):
         )
 
 
+class TrajectoriesSection(Section):
+    """Which ways of vehicles the layer `trajectories` holds."""
+
+    trips: int = Field(1000, ge=1, description="so many, spread evenly over all that drove")
+    step_s: float = Field(10.0, gt=0, description="places are exact at multiples of it, s")
+
+
 class ReportSection(LocatedSection):
-    """What is made of the results."""
+    """What is made of the results.
+
+    `geopackage` makes results.gpkg; `geoparquet` and `flatgeobuf` write the same layers to a file
+    each in the folder layers/, the first for archives, the second, of layers with geometry, for the
+    web.
+    """
 
     bin_s: float = Field(300.0, gt=0, description="length of a time bin in tables and plots, s")
     start: Instant = Field(
@@ -113,7 +128,20 @@ class ReportSection(LocatedSection):
         description="date and time of second 0, with its zone, as in 2024-05-01T07:00:00+02:00",
     )
     outputs: tuple[Output, ...] = Field(
-        typing.get_args(Output), strict=False, description="which outputs to write"
+        ("geopackage", "space_time"), strict=False, description="which outputs to write"
+    )
+    layers: tuple[LayerName, ...] = Field(
+        typing.get_args(LayerName),
+        strict=False,
+        description="which layers to write beside nodes, links and run_info",
+    )
+    trajectories: TrajectoriesSection = Field(
+        TrajectoriesSection(), description="section: which ways of vehicles to write"
+    )
+    attribution: str | None = Field(
+        None,
+        description="who is to be named where results are shown, as text; none: © OpenStreetMap "
+        "contributors for its roads, else nobody",
     )
     plots: tuple[PlotEntry, ...] = Field(
         (
@@ -123,6 +151,12 @@ class ReportSection(LocatedSection):
         strict=False,
         description="pictures and films for the folder plots/",
     )
+
+    @model_validator(mode="after")
+    def _layers_stand(self) -> Self:
+        if "link_states" in self.layers and "link_times" not in self.layers:
+            raise ValueError("layers: link_states is made of link_times; name both, or neither")
+        return self
 
     @model_validator(mode="after")
     def _files_differ(self) -> Self:

@@ -21,15 +21,21 @@ from newell_link import events_of, network_of, result_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.export import geopackage
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
-from uxsim_geo.export.geopackage import RunDescription, write_geopackage
+from uxsim_geo.export.columns import LAYERS as COLUMNS_IN_WORDS
+from uxsim_geo.export.geopackage import write_geopackage
 from uxsim_geo.export.layers import link_times_layer, links_layer
+from uxsim_geo.export.run_description import RunDescription
+from uxsim_geo.export.run_layers import Run, layers_of_run
 from uxsim_geo.network.diagram import diagram_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
-LAYERS = {"nodes", "links", "link_times", "link_states", "import_notes", "run_info"}
+TABLES = {"link_times", "import_notes", "run_info"}
+MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories"}
+LAYERS = TABLES | MAPS
 START = datetime(2024, 3, 1, 7, 0, tzinfo=UTC)
 NAMES = ['O\'Connell "Straße"; DROP TABLE links;--', "Größe < 5 & größer"]
 
@@ -54,13 +60,35 @@ def two_way_road(crs: str | None, *, geometry: bool = True) -> Network:
     return Network(nodes, links, notes=notes)
 
 
-def write(path: Path, network: Network, start: datetime = START) -> pd.DataFrame:
+def run_of(network: Network) -> Run:
     """One platoon drives through in 90 s, the next stays; bins of a minute, the last of 30 s."""
     events = events_of(network, [(0, 0, 5.0, 95.0), (1, 0, 15.0, np.nan)])
-    states = link_times(result_of(events, trips_of([{}, {}]), Settings(150.0)), network, bin_s=60.0)
+    trips = trips_of(
+        [
+            {"enter_s": 5.0, "arrive_s": 95.0, "distance_m": 1000.0},
+            {"enter_s": 15.0, "status": "running", "distance_m": 975.0},
+        ]
+    )
+    result = result_of(events, trips, Settings(150.0))
+    states = link_times(result, network, bin_s=60.0)
+    return Run(network, result, states, Passages.of(result, network))
+
+
+def description_of(network: Network, start: datetime = START) -> RunDescription:
     information = {"seed": 7, "title": 'Nüßler\'s "run"'}
-    write_geopackage(path, network, states, RunDescription(start, network.notes, information))
-    return states
+    return RunDescription(
+        start,
+        network.notes,
+        information,
+        name="small",
+        attribution="© <Jürgen> & 'co'",
+        provenance={"sources": {"net": {"file": "ü.tntp"}}},
+    )
+
+
+def write(path: Path, network: Network, start: datetime = START) -> None:
+    description = description_of(network, start)
+    write_geopackage(path, layers_of_run(run_of(network), description), description)
 
 
 @pytest.fixture(params=["EPSG:4326", "EPSG:25832", None], ids=str)
@@ -78,8 +106,9 @@ def rows(path: Path, sql: str) -> list[tuple[object, ...]]:
 def test_every_layer_is_there_and_registered(package: Path) -> None:
     assert {name for name, _ in pyogrio.list_layers(package)} == LAYERS | {"layer_styles"}
     kinds = dict(rows(package, "SELECT table_name, data_type FROM gpkg_contents"))
-    assert kinds["link_states"] == kinds["links"] == kinds["nodes"] == "features"
-    assert kinds["link_times"] == kinds["import_notes"] == kinds["run_info"] == "attributes"
+    assert kinds == dict.fromkeys(MAPS, "features") | dict.fromkeys(
+        TABLES | {"layer_styles"}, "attributes"
+    )
 
 
 #: what scripts and maps rely on, by layer; a change here breaks theirs
@@ -98,6 +127,10 @@ COLUMNS = {
     "jam_density_vpkm_per_lane effective_capacity_vph "
     f"begin end flow_vph density_vpkm entries_veh exits_veh {STATE_COLUMNS} "
     "instantaneous_travel_time_s",
+    "od_lines": "origin destination cell_m beeline_m demanded_veh departed_veh completed_veh "
+    "unfinished_veh aborted_veh travel_time_s delay_s delay_veh_s",
+    "trajectories": "vehicle origin destination class vehicles_veh status begin end distance_m "
+    "travel_time_s delay_s speed_kmh",
     "import_notes": "element element_id topic severity note value",
     "run_info": "item value",
 }
@@ -106,19 +139,7 @@ COLUMNS = {
 @pytest.mark.parametrize("layer", sorted(LAYERS))
 def test_every_layer_has_the_columns_that_others_rely_on(package: Path, layer: str) -> None:
     assert list(pyogrio.read_info(package, layer=layer)["fields"]) == COLUMNS[layer].split()
-
-
-def test_the_page_of_columns_names_every_layer_and_column(package: Path) -> None:
-    page = (Path(__file__).parents[1] / "docs" / "results.md").read_text(encoding="utf-8")
-    page, _, _ = page.partition("\n# Tables\n")
-    described = {}
-    for section in page.split("\n## ")[1:]:
-        first_cells = re.findall(r"^\| (`.*?) \|", section, flags=re.MULTILINE)
-        names = [name for cell in first_cells for name in re.findall("`(.*?)`", cell)]
-        described[section.split("\n")[0]] = names
-    assert set(described) == LAYERS
-    for layer, names in described.items():
-        assert sorted(names) == sorted(pyogrio.read_info(package, layer=layer)["fields"]), layer
+    assert [column.name for column in COLUMNS_IN_WORDS[layer].columns] == COLUMNS[layer].split()
 
 
 def test_columns_are_empty_only_where_the_page_says() -> None:
@@ -146,7 +167,8 @@ def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
     # to the end: the first loses 40 s; the second, due at 975 m at 63.75 s, loses the rest there
     # but for the 25 m from 100 s on, when it feels the exit: (100 - 63.75) + (150 - 101.25)
     assert first["delay_veh_s"] == pytest.approx(5 * 40 + 5 * (36.25 + 48.75))
-    states = gpd.read_file(package, layer="link_states")
+    states = gpd.read_file(package, layer="link_states").sort_values(["link_id", "begin"])
+    states = states.reset_index(drop=True)
     assert states["flow_vph"][0] == pytest.approx(5 * (1000 + 900) / 1000 * 60)
     assert states["density_vpkm"][0] == pytest.approx(5 * (55 + 45) / 60)
     assert states["speed_kmh"][0] == pytest.approx(3.6 * 1900 / 100)
@@ -155,9 +177,9 @@ def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
 
 def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path) -> None:
     network = network_of([{}, {"capacity": 0.5}, {"capacity": 9.0, "lanes": 2}])
-    states = link_times(
-        result_of(events_of(network, []), trips_of([]), Settings(100.0)), network, bin_s=100.0
-    )
+    result = result_of(events_of(network, []), trips_of([]), Settings(100.0))
+    states = link_times(result, network, bin_s=100.0)
+    run = Run(network, result, states, Passages.of(result, network))
     settings = Settings(100.0, reaction_time=1.5)
     tabled = links_layer(network, states, settings.reaction_time)["effective_capacity_vph"]
     # one lane: 20 m/s x 0.2 veh/m / (1 + 20 x 1.5 x 0.2) = 4/7 veh/s
@@ -166,7 +188,8 @@ def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path)
     assert (tabled / 3600).tolist() == pytest.approx(np.fmin(network.links["capacity"], diagram))
     path = tmp_path / "results.gpkg"
     for information in ({}, {"reaction_time_s": 1.5}):
-        write_geopackage(path, network, states, RunDescription(START, network.notes, information))
+        description = RunDescription(START, network.notes, information)
+        write_geopackage(path, layers_of_run(run, description), description)
         written = pyogrio.read_dataframe(path, layer="links")["effective_capacity_vph"]
         assert written.notna().all() == bool(information)
 
@@ -215,7 +238,7 @@ def is_in(speed: float, range_: ElementTree.Element) -> bool:
 
 
 def test_states_join_their_own_link_and_clock(package: Path) -> None:
-    states = gpd.read_file(package, layer="link_states")
+    states = gpd.read_file(package, layer="link_states").sort_values(["link_id", "begin"])
     links = gpd.read_file(package, layer="links").set_index("link_id")
     assert len(states) == 6
     for _, state in states.iterrows():
@@ -234,14 +257,14 @@ def test_coordinates_keep_their_system_or_say_that_there_is_none(tmp_path: Path)
     for crs, number in (("EPSG:25832", 25832), (None, -1)):
         path = tmp_path / f"{number}.gpkg"
         write(path, two_way_road(crs))
-        assert dict(rows(path, srs)) == dict.fromkeys(("nodes", "links", "link_states"), number)
+        assert dict(rows(path, srs)) == dict.fromkeys(MAPS, number)
 
 
 def test_a_network_without_geometry_gives_tables(tmp_path: Path) -> None:
     path = tmp_path / "results.gpkg"
     write(path, two_way_road(None, geometry=False))
     kinds = dict(rows(path, "SELECT table_name, data_type FROM gpkg_contents"))
-    assert set(kinds) == LAYERS | {"layer_styles"}
+    assert set(kinds) == LAYERS - {"trajectories"} | {"layer_styles"}
     assert set(kinds.values()) == {"attributes"}
     assert len(pyogrio.read_dataframe(path, layer="link_states")) == 6
 
@@ -261,7 +284,7 @@ def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) ->
             if option.get("name") == "expression":
                 assert set(re.findall('"(.*?)"', str(option.get("value")))) <= columns
         temporal = root.find("temporal")
-        if name == "link_states":
+        if name in ("link_states", "trajectories"):
             assert temporal is not None
             assert {temporal.get("startField"), temporal.get("endField")} <= columns
         else:
@@ -278,7 +301,8 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
 def test_no_time_stamp_tells_when_the_file_was_written(package: Path) -> None:
     stamps = rows(
         package,
-        "SELECT last_change FROM gpkg_contents UNION SELECT update_time FROM layer_styles",
+        "SELECT last_change FROM gpkg_contents UNION SELECT update_time FROM layer_styles"
+        " UNION SELECT timestamp FROM gpkg_metadata_reference",
     )
     assert stamps == [("2024-03-01T07:00:00.000Z",)]
     assert pyogrio.get_gdal_config_option("OGR_CURRENT_DATE") is None
@@ -303,11 +327,11 @@ def test_a_failed_write_leaves_the_old_file(
         raise OSError(28, "No space left on device")
 
     path, network = tmp_path / "results.gpkg", two_way_road(None)
-    states = write(path, network)
+    write(path, network)
     before = path.read_bytes()
-    monkeypatch.setattr(geopackage, "_add_styles", fill_the_disk)
+    monkeypatch.setattr(geopackage, "add_styles", fill_the_disk)
     with pytest.raises(OSError, match="No space left"):
-        write_geopackage(path, network, states, RunDescription(START, network.notes, {}))
+        write(path, network)
     assert path.read_bytes() == before
     assert [file.name for file in tmp_path.iterdir()] == ["results.gpkg"]
 
