@@ -54,7 +54,7 @@ def _run(task: Task) -> Outcome:
     return Outcome(written, ", ".join(written), problems=problems)
 
 
-STAGE = Stage("report", ("name", "ingest", "simulate", "report"), _inputs, _run)
+STAGE = Stage("report", ("name", "simulate", "report"), _inputs, _run)
 
 
 def _writers(task: Task, material: Material) -> Writers:
