@@ -97,7 +97,7 @@ EFFECTIVE_CAPACITY = Column(
 )
 
 LINKS = Layer(
-    "Links",
+    "Links, whole run",
     "Lines: the directed links, with the figures of the whole run.",
     (
         *LINK,

@@ -23,6 +23,8 @@ from uxsim_geo.export.columns import LAYERS
 from uxsim_geo.export.geopackage_states import VALUES, add_views, values_of
 from uxsim_geo.export.geopackage_styles import add_styles
 from uxsim_geo.export.geopackage_words import add_descriptions, add_metadata
+from uxsim_geo.export.qgis_parts import Project
+from uxsim_geo.export.qgis_project import add_project
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.run_layers import without_m
 from uxsim_geo.export.styles import styles_of
@@ -56,7 +58,11 @@ def write_geopackage(
                 add_views(database, layers["link_times"], len(layers["links"]), stamp)
             add_descriptions(database)
             add_metadata(database, description, stamp)
-            add_styles(database, styles_of(layers, description), stamp)
+            styles = styles_of(layers, description)
+            add_styles(database, styles, stamp)
+            if "geometry" in layers["links"].columns:
+                project = Project.of(path.name, layers, styles, description)
+                add_project(database, project, stamp)
 
 
 @contextmanager

@@ -1,0 +1,107 @@
+"""What a QGIS project and its sheet are made of: layers, reference systems, times and texts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+import pandas as pd
+
+from uxsim_geo.export.columns import LAYERS
+from uxsim_geo.export.findings import Findings, extent_of_traffic
+from uxsim_geo.export.qml import plain
+from uxsim_geo.export.run_description import RunDescription
+from uxsim_geo.export.styles import NamedStyle
+
+#: from the top of the map down
+ON_MAP = ("nodes", "trajectories", "od_lines", "link_states", "links")
+
+
+@dataclass(frozen=True)
+class Project:
+    """What a project shows.
+
+    file
+        name of the GeoPackage, in which all layers lie
+    styles
+        of every layer, the one that it opens with first
+    extent
+        of the map when it opens: least x and y, greatest x and y
+    crs
+        of the map; None: undefined
+    """
+
+    file: str
+    styles: Mapping[str, Sequence[NamedStyle]]
+    description: RunDescription
+    findings: Findings
+    extent: tuple[float, float, float, float]
+    crs: Any
+
+    @classmethod
+    def of(
+        cls,
+        file: str,
+        layers: Mapping[str, pd.DataFrame],
+        styles: Mapping[str, Sequence[NamedStyle]],
+        description: RunDescription,
+    ) -> Project:
+        """The project for a file of these layers, which have geometry."""
+        links = layers["links"]
+        extent, crs = extent_of_traffic(links), getattr(links, "crs", None)
+        return cls(file, styles, description, Findings.of(layers), extent, crs)
+
+    @property
+    def names(self) -> list[str]:
+        """Of all layers, those on the map first."""
+        return [
+            *(n for n in ON_MAP if n in self.styles),
+            *(n for n in self.styles if n not in ON_MAP),
+        ]
+
+    def source(self, layer: str) -> str:
+        """Where QGIS finds a layer, beside the project."""
+        return f"./{self.file}|layername={layer}"
+
+
+def add_crs(parent: Element, crs: Any) -> None:
+    """A reference system; None: undefined."""
+    system = SubElement(parent, "spatialrefsys", {"nativeFormat": "Wkt"})
+    if crs is None:
+        return
+    authority = crs.to_authority()
+    SubElement(system, "wkt").text = crs.to_wkt()
+    SubElement(system, "authid").text = ":".join(authority) if authority else ""
+
+
+def add_tree_layer(tree: Element, name: str, project: Project, *, shown: bool) -> None:
+    """A layer in a tree, of the project or of a legend."""
+    SubElement(
+        tree,
+        "layer-tree-layer",
+        {
+            "id": id_of(name),
+            "name": LAYERS[name].title,
+            "source": project.source(name),
+            "providerKey": "ogr",
+            "checked": "Qt::Checked" if shown else "Qt::Unchecked",
+            "expanded": "1" if shown else "0",
+        },
+    )
+
+
+def id_of(layer: str) -> str:
+    """The id of a layer in the project: QGIS gives new ones in place of short ones."""
+    return f"uxsim_geo_{layer}"
+
+
+def in_iso(time: pd.Timestamp) -> str:
+    """As QGIS writes times: in UTC."""
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def as_label(text: str) -> str:
+    """Text in which QGIS finds no expression to evaluate."""
+    return plain(text).replace("[%", "[%'[' || '%'%]")
