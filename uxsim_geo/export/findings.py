@@ -12,7 +12,9 @@ from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.units import TIMES
 
 ROADS = 8
-MOST_TRAFFIC = 0.99  # of the distance driven lies where a map opens
+
+#: shares of these that lie where a map opens
+SHOWN = {"volume_veh": 0.96, "delay_veh_s": 0.98}
 
 
 @dataclass(frozen=True)
@@ -54,27 +56,41 @@ class Findings:
 
 
 def extent_of_traffic(links: pd.DataFrame) -> tuple[float, float, float, float]:
-    """Least x and y, greatest x and y of where nearly all is driven; a margin around."""
+    """Least x and y, greatest x and y of where most drive and are late, with a margin.
+
+    A long road out of town would make the town too small to be read.
+    """
     import shapely
 
     bounds = shapely.bounds(links["geometry"].to_numpy())
     there = ~np.isnan(bounds).any(axis=1)
-    bounds = bounds[there]
-    weights = (links["volume_veh"] * links["length_m"]).to_numpy(float)[there]
+    if not there.any():
+        return 0.0, 0.0, 1.0, 1.0
+    found = [
+        _middle(bounds[there], links[name].to_numpy(float)[there], share)
+        for name, share in SHOWN.items()
+    ]
+    x0, y0 = np.min(found, axis=0)[:2]
+    x1, y1 = np.max(found, axis=0)[2:]
+    edge = 0.04 * max(x1 - x0, y1 - y0, 1e-9)
+    return float(x0 - edge), float(y0 - edge), float(x1 + edge), float(y1 + edge)
+
+
+def _middle(bounds: Floats, weights: Floats, share: float) -> list[float]:
+    """Bounds of the middle ``share`` of the weight; of all where nothing weighs anything."""
     if weights.sum() <= 0:
-        weights = np.ones(len(bounds))
-    rest = (1.0 - MOST_TRAFFIC) / 2
-    low = [_percentile(bounds[:, axis], weights, rest) for axis in (0, 1)]
-    high = [_percentile(bounds[:, axis + 2], weights, 1.0 - rest) for axis in (0, 1)]
-    edge = 0.04 * max(high[0] - low[0], high[1] - low[1], 1e-9)
-    return low[0] - edge, low[1] - edge, high[0] + edge, high[1] + edge
+        weights, share = np.ones(len(bounds)), 1.0
+    rest = (1.0 - share) / 2
+    return [
+        _percentile(bounds[:, side], weights, rest if side < 2 else 1.0 - rest) for side in range(4)
+    ]
 
 
 def _percentile(values: Floats, weights: Floats, share: float) -> float:
     """The value up to which ``share`` of the weight lies."""
     order = np.argsort(values, kind="stable")
     until = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(until, share * until[-1])])
+    return float(values[order][min(np.searchsorted(until, share * until[-1]), len(order) - 1)])
 
 
 def _roads(links: pd.DataFrame) -> tuple[tuple[str, float], ...]:
@@ -97,7 +113,7 @@ def _words(od: pd.DataFrame | None, links: pd.DataFrame) -> tuple[str, ...]:
     if spent > 0:
         late = od["delay_veh_s"].sum()
         words.append(
-            f"A trip took {spent / departed / 60:,.1f} min so far, {late / departed / 60:,.1f} min "
-            f"({100 * late / spent:.0f} %) longer than on empty roads."
+            f"On average a trip took {spent / departed / 60:,.1f} min so far; "
+            f"{late / departed / 60:,.1f} min of it ({100 * late / spent:.0f} %) are delay."
         )
     return (*words, longest)

@@ -76,9 +76,9 @@ def add_crs(parent: Element, crs: Any) -> None:
     SubElement(system, "authid").text = ":".join(authority) if authority else ""
 
 
-def add_tree_layer(tree: Element, name: str, project: Project, *, shown: bool) -> None:
+def add_tree_layer(tree: Element, name: str, project: Project, *, shown: bool) -> Element:
     """A layer in a tree, of the project or of a legend."""
-    SubElement(
+    return SubElement(
         tree,
         "layer-tree-layer",
         {

@@ -39,7 +39,7 @@ def add_sheet(layouts: Element, project: Project) -> None:
     _add_label(sheet, _Place(8, 16, 185, 17), "\n".join(findings.words), 9)
     in_time = bool(findings.begin) and "link_states" in project.styles
     width = 138.0 if in_time else 281.0
-    caption = "Whole run. Colour: mean speed of free speed. Width: volume."
+    caption = "Whole run. Colour: speed relative to free speed. Width: volume."
     _add_label(sheet, _Place(8, 34, width, 5), caption, 8)
     _add_map(sheet, _Place(8, 39, width, 122), project, "whole run: speed")
     if in_time:
@@ -81,8 +81,8 @@ def _roads(findings: Findings) -> str:
 
 def _source(project: Project) -> str:
     information = project.description.information
-    known = ("uxsim_geo_version", "uxsim-geo"), ("seed", "seed"), ("bin_s", "time bins of s:")
-    told = [f"{word} {information[key]}" for key, word in known if key in information]
+    words = {"uxsim_geo_version": "uxsim-geo {}", "seed": "seed {}", "bin_s": "time bins of {:g} s"}
+    told = [text.format(information[key]) for key, text in words.items() if key in information]
     return "  ·  ".join(filter(None, [project.description.attribution, *told]))
 
 
@@ -168,7 +168,10 @@ def _add_legend(sheet: Element, place: _Place, project: Project) -> None:
         styles, "style", {"name": "symbolLabel", "alignment": "1", "marginLeft": "2"}
     )
     SubElement(style, "styleFont", _font(8))
-    add_tree_layer(SubElement(item, "layer-tree-group"), "links", project, shown=True)
+    layer = add_tree_layer(SubElement(item, "layer-tree-group"), "links", project, shown=True)
+    options = SubElement(SubElement(layer, "customproperties"), "Option", {"type": "Map"})
+    title = {"name": "legend/title-label", "type": "QString", "value": "Speed on both maps"}
+    SubElement(options, "Option", title)
 
 
 def _add_scale_bar(sheet: Element, place: _Place, project: Project) -> None:
