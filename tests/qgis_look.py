@@ -14,13 +14,17 @@ os.environ["QT_QPA_PLATFORM"] = "offscreen"
 
 from qgis.core import (
     QgsApplication,
-    QgsDateTimeRange,
+    QgsExpression,
+    QgsExpressionContext,
+    QgsExpressionContextUtils,
     QgsFeatureRequest,
+    QgsInterval,
     QgsLayoutExporter,
     QgsMapRendererSequentialJob,
     QgsMapSettings,
     QgsProject,
-    QgsUnitTypes,
+    QgsRenderContext,
+    QgsTemporalNavigationObject,
     QgsVectorLayerTemporalContext,
 )
 from qgis.PyQt.QtCore import QSize, Qt
@@ -32,7 +36,6 @@ STATES = "uxsim_geo_link_states"
 def layer_told(layer):
     """What a layer is like."""
     renderer = layer.renderer()
-    expressions = [] if renderer is None else [renderer.legendClassificationAttribute()]
     symbols = renderer.legendSymbolItems() if renderer is not None else []
     return {
         "valid": layer.isValid(),
@@ -40,7 +43,10 @@ def layer_told(layer):
         "crs": layer.crs().authid(),
         "renderer": renderer.type() if renderer is not None else None,
         "classes": [item.label() for item in symbols],
-        "expressions": expressions,
+        "faults": faults(layer),
+        "tips": [
+            tip(layer, feature) for feature in layer.getFeatures(QgsFeatureRequest().setLimit(2))
+        ],
         "styles": sorted(layer.styleManager().styles()),
         "style": layer.styleManager().currentStyle(),
         "temporal": layer.temporalProperties().isActive(),
@@ -49,11 +55,51 @@ def layer_told(layer):
     }
 
 
-def rows_at(layer, begin, end):
-    """Links that a temporal map shows from begin to end, and when their states begin."""
+def faults(layer):
+    """Expressions of all styles that do not work on the first feature, and why."""
+    found, manager = [], layer.styleManager()
+    features = list(layer.getFeatures(QgsFeatureRequest().setLimit(1)))
+    current = manager.currentStyle()
+    for style in manager.styles() if layer.isSpatial() else []:
+        manager.setCurrentStyle(style)
+        renderer = layer.renderer()
+        texts = [renderer.legendClassificationAttribute()]
+        texts += [clause.expression().expression() for clause in renderer.orderBy().list()]
+        for symbol in renderer.symbols(QgsRenderContext()):
+            for part in symbol.symbolLayers():
+                properties = part.dataDefinedProperties()
+                texts += [
+                    properties.property(key).asExpression() for key in properties.propertyKeys()
+                ]
+        for text in filter(None, texts):
+            expression, context = QgsExpression(text), context_of(layer)
+            for feature in features:
+                context.setFeature(feature)
+                expression.evaluate(context)
+            if expression.hasParserError() or expression.hasEvalError():
+                found.append(
+                    [style, text, expression.parserErrorString(), expression.evalErrorString()]
+                )
+    manager.setCurrentStyle(current)
+    return found
+
+
+def context_of(layer):
+    """Where expressions of a layer are evaluated."""
+    return QgsExpressionContext(QgsExpressionContextUtils.globalProjectLayerScopes(layer))
+
+
+def tip(layer, feature):
+    """What shows when the pointer rests on a feature."""
+    context = context_of(layer)
+    context.setFeature(feature)
+    return QgsExpression.replaceExpressionText(layer.mapTipTemplate(), context)
+
+
+def rows_at(layer, range_):
+    """Links that a temporal map shows in a range of time, and when their states begin."""
     context = QgsVectorLayerTemporalContext()
     context.setLayer(layer)
-    range_ = QgsDateTimeRange(begin, end, True, False)
     text = layer.temporalProperties().createFilterString(context, range_)
     request = QgsFeatureRequest().setFilterExpression(text)
     found = [
@@ -63,16 +109,14 @@ def rows_at(layer, begin, end):
 
 
 def frames(project):
-    """The moments of the slider: first, middle and last, as the Temporal Controller steps."""
+    """The moments of the slider, as the Temporal Controller steps: first, middle and last."""
     settings = project.timeSettings()
-    whole = settings.temporalRange()
-    step = settings.timeStep() * QgsUnitTypes.fromUnitToUnitFactor(
-        settings.timeStepUnit(), QgsUnitTypes.TemporalSeconds
-    )
-    number = int(whole.begin().secsTo(whole.end()) // step) + 1
+    slider = QgsTemporalNavigationObject()
+    slider.setTemporalExtents(settings.temporalRange())
+    slider.setFrameDuration(QgsInterval(settings.timeStep(), settings.timeStepUnit()))
+    number = slider.totalFrameCount()
     picked = sorted({0, number // 2, number - 1})
-    begins = [whole.begin().addMSecs(round(n * step * 1000)) for n in picked]
-    return [(begin, begin.addMSecs(round(step * 1000))) for begin in begins]
+    return [slider.dateTimeRangeForFrameNumber(frame) for frame in picked]
 
 
 def draw(project, theme, time, path):
@@ -89,13 +133,13 @@ def draw(project, theme, time, path):
     settings.setTransformContext(project.transformContext())
     if time is not None:
         settings.setIsTemporal(True)
-        settings.setTemporalRange(QgsDateTimeRange(*time, True, False))
+        settings.setTemporalRange(time)
     job = QgsMapRendererSequentialJob(settings)
     job.start()
     job.waitForFinished()
     image = job.renderedImage()
     image.save(path)
-    seen = {image.pixel(x, y) for x in range(0, 1400, 3) for y in range(0, 1000, 3)}
+    seen = {image.pixel(x, y) for x in range(0, 1400, 25) for y in range(1000)}
     return {"errors": [error.message for error in job.errors()], "colours": len(seen)}
 
 
@@ -117,7 +161,7 @@ def look(package, folder):
     times = []
     if STATES in layers:
         times = frames(project)
-        told["frames"] = [rows_at(layers[STATES], *time) for time in times]
+        told["frames"] = [rows_at(layers[STATES], time) for time in times]
     told["themes"] = {}
     for theme in project.mapThemeCollection().mapThemes():
         shown = times[len(times) // 2] if theme.startswith("in time") and times else None

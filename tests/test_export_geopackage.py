@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
 import sqlite3
 import subprocess
 from contextlib import closing
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import timedelta, timezone
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,77 +19,25 @@ import pandas as pd
 import pyogrio
 import pytest
 from newell_link import events_of, network_of, result_of, trips_of
-from shapely.geometry import LineString, Point
+from packaged_road import NAMES, START, description_of, run_of, two_way_road, write
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.export import geopackage
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.columns import LAYERS as COLUMNS_IN_WORDS
+from uxsim_geo.export.columns import titled
 from uxsim_geo.export.geopackage import write_geopackage
+from uxsim_geo.export.geopackage_words import described as described_in_words
 from uxsim_geo.export.layers import link_times_layer, links_layer
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.run_layers import Run, layers_of_run
 from uxsim_geo.network.diagram import diagram_capacity
-from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
 TABLES = {"link_times", "import_notes", "run_info"}
 MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories"}
 LAYERS = TABLES | MAPS
-START = datetime(2024, 3, 1, 7, 0, tzinfo=UTC)
-NAMES = ['O\'Connell "Straße"; DROP TABLE links;--', "Größe < 5 & größer"]
-
-
-def two_way_road(crs: str | None, *, geometry: bool = True) -> Network:
-    plain = network_of(
-        [
-            {"link_id": "a'b", "name": NAMES[0], "capacity": 0.5},
-            {"link_id": 'ü"2', "name": NAMES[1], "from_node_id": "b", "to_node_id": "a"},
-        ]
-    )
-    notes = pd.DataFrame(
-        [["link", "a'b", "length", "warning", 'it\'s "short"', 3.5]],
-        columns=["element", "element_id", "topic", "severity", "note", "value"],
-    )
-    if not geometry:
-        return Network(plain.nodes, plain.links, notes=notes)
-    ends = [Point(8.0, 49.0), Point(8.01, 49.0)]
-    nodes = gpd.GeoDataFrame(plain.nodes, geometry=ends, crs=crs)
-    lines = [LineString(ends), LineString(ends[::-1])]
-    links = gpd.GeoDataFrame(plain.links, geometry=lines, crs=crs)
-    return Network(nodes, links, notes=notes)
-
-
-def run_of(network: Network) -> Run:
-    """One platoon drives through in 90 s, the next stays; bins of a minute, the last of 30 s."""
-    events = events_of(network, [(0, 0, 5.0, 95.0), (1, 0, 15.0, np.nan)])
-    trips = trips_of(
-        [
-            {"enter_s": 5.0, "arrive_s": 95.0, "distance_m": 1000.0},
-            {"enter_s": 15.0, "status": "running", "distance_m": 975.0},
-        ]
-    )
-    result = result_of(events, trips, Settings(150.0))
-    states = link_times(result, network, bin_s=60.0)
-    return Run(network, result, states, Passages.of(result, network))
-
-
-def description_of(network: Network, start: datetime = START) -> RunDescription:
-    information = {"seed": 7, "title": 'Nüßler\'s "run"'}
-    return RunDescription(
-        start,
-        network.notes,
-        information,
-        name="small",
-        attribution="© <Jürgen> & 'co'",
-        provenance={"sources": {"net": {"file": "ü.tntp"}}},
-    )
-
-
-def write(path: Path, network: Network, start: datetime = START) -> None:
-    description = description_of(network, start)
-    write_geopackage(path, layers_of_run(run_of(network), description), description)
 
 
 @pytest.fixture(params=["EPSG:4326", "EPSG:25832", None], ids=str)
@@ -293,9 +242,11 @@ def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) ->
 
 def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
     elsewhere = START.astimezone(timezone(timedelta(hours=9)))
-    for name, start in (("one.gpkg", START), ("two.gpkg", elsewhere)):
-        write(tmp_path / name, two_way_road("EPSG:4326"), start)
-    assert (tmp_path / "one.gpkg").read_bytes() == (tmp_path / "two.gpkg").read_bytes()
+    paths = [tmp_path / name / "results.gpkg" for name in ("one", "two")]
+    for path, start in zip(paths, (START, elsewhere), strict=True):
+        path.parent.mkdir()
+        write(path, two_way_road("EPSG:4326"), start)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_no_time_stamp_tells_when_the_file_was_written(package: Path) -> None:
@@ -313,6 +264,60 @@ def test_notes_and_run_information_are_text_as_given(package: Path) -> None:
     assert notes.iloc[0].tolist() == ["link", "a'b", "length", "warning", 'it\'s "short"', "3.5"]
     information = pyogrio.read_dataframe(package, layer="run_info")
     assert dict(information.itertuples(index=False)) == {"seed": "7", "title": 'Nüßler\'s "run"'}
+
+
+def test_every_column_is_described_in_the_file(package: Path) -> None:
+    described = rows(package, "SELECT table_name, column_name, title FROM gpkg_data_columns")
+    for name in LAYERS:
+        found = [(column, title) for table, column, title in described if table == name]
+        told = [(column.name, titled(column)) for column in COLUMNS_IN_WORDS[name].columns]
+        assert found == told
+    units = {column.unit for layer in COLUMNS_IN_WORDS.values() for column in layer.columns}
+    assert {"text", "UTC", "veh", "veh/h", "km/h", "s", "m", "–"} <= units
+    flow = COLUMNS_IN_WORDS["link_times"].column("flow_vph")
+    assert (titled(flow), described_in_words(flow)) == (
+        "flow (veh/h)",
+        "distance driven / (length × bin)",
+    )
+
+
+def test_the_file_says_how_it_came_about(package: Path) -> None:
+    (items,), (provenance,) = rows(package, "SELECT metadata FROM gpkg_metadata ORDER BY id")
+    told = {item.get("key"): item.text for item in ElementTree.fromstring(str(items)).iter("MDI")}
+    assert told == {
+        "run": "small",
+        "attribution": "© <Jürgen> & 'co'",
+        "seed": "7",
+        "title": 'Nüßler\'s "run"',
+    }
+    assert json.loads(str(provenance)) == {"sources": {"net": {"file": "ü.tntp"}}}
+    assert rows(package, "SELECT DISTINCT reference_scope FROM gpkg_metadata_reference") == [
+        ("geopackage",)
+    ]
+
+
+def test_layers_that_nobody_wants_are_left_out(tmp_path: Path) -> None:
+    path, network = tmp_path / "results.gpkg", two_way_road("EPSG:4326")
+    description = description_of(network)
+    for wanted in ([], ["od_lines"], ["link_times", "link_states"]):
+        write_geopackage(path, layers_of_run(run_of(network), description, wanted), description)
+        there = {name for (name,) in rows(path, "SELECT table_name FROM gpkg_contents")}
+        always = {"nodes", "links", "run_info", "layer_styles"}
+        assert there - {"link_states"} == {*always, *wanted} - {"link_states"}
+        styled = {name for (name,) in rows(path, "SELECT f_table_name FROM layer_styles")}
+        assert styled == there - {"layer_styles"}
+
+
+def test_a_bin_a_link_or_a_row_is_found_without_a_search(package: Path) -> None:
+    for where in (
+        "begin <= '2024-03-01T07:01:59' AND \"end\" >= '2024-03-01T07:01:00'",
+        "link_id = 'a''b'",
+        "OGC_FID = 2",
+    ):
+        plan = rows(package, f"EXPLAIN QUERY PLAN SELECT * FROM link_states WHERE {where}")
+        steps = [str(step[-1]) for step in plan]
+        assert [step for step in steps if step.startswith("SCAN")] == ["SCAN b"], where
+        assert any(step.startswith("SEARCH v USING INTEGER PRIMARY KEY") for step in steps)
 
 
 def test_a_clock_without_a_time_zone_is_refused() -> None:

@@ -130,7 +130,7 @@ def _items(description: RunDescription) -> str:
     root = Element("GDALMultiDomainMetadata")
     items = SubElement(root, "Metadata")
     named = {
-        "title": description.name,
+        "run": description.name,
         "attribution": description.attribution,
         **{str(name): str(value) for name, value in description.information.items()},
     }

@@ -130,6 +130,8 @@ def _corners(passages: Passages, rows: Integers, lines: LinkLines, knots: _Knots
     np.maximum.at(reached, knots.entry, knots.position)
     seen = position < reached[entry]
     entry, position = entry[seen], position[seen]
+    if not entry.size:
+        return _Knots(entry, position, position)
     # one scale for all: the entries one after the other, further apart than any link is long
     apart = 2.0 * float(passages.geometry.length.max(initial=1.0))
     scale = knots.entry * apart + knots.position
