@@ -64,7 +64,9 @@ def layer(seen: dict[str, Any], name: str) -> dict[str, Any]:
 def test_the_project_opens_with_every_layer_valid_and_styled(seen: dict[str, Any]) -> None:
     assert seen["opened"]
     assert seen["title"] == "small"
-    assert seen["crs"] == (seen["asked_crs"] or "")
+    on_map = {"EPSG:4326": "EPSG:32632"}  # the zone of UTM around 8 degrees east
+    assert seen["crs"] == on_map.get(seen["asked_crs"], seen["asked_crs"] or "")
+    assert {layer(seen, name)["crs"] for name in MAPS} == {seen["asked_crs"] or ""}
     assert set(seen["layers"]) == {f"uxsim_geo_{name}" for name in LAYERS}
     assert seen["visible"] == ["uxsim_geo_nodes", "uxsim_geo_link_states"]
     for name in LAYERS:
@@ -107,10 +109,11 @@ def test_traffic_stands_on_its_side_of_the_road(seen: dict[str, Any]) -> None:
     picture = imread(seen["folder"] / "whole_run_speed.png")[:, :, :3]
     # between 40 and 60 % of free speed
     speed = np.array([0xF2, 0xB8, 0x4B]) / 255
-    rows = np.flatnonzero((np.abs(picture - speed).max(axis=2) < 0.02).any(axis=1))
-    middle = len(picture) / 2
+    rows = np.nonzero(np.abs(picture - speed).max(axis=2) < 0.02)[0]
     assert rows.size
-    assert (rows > middle).all() if seen["side"] == "right" else (rows < middle).all()
+    # the road may lie a little aslant, with its middle in that of the picture
+    south = rows.mean() - len(picture) / 2
+    assert south > 1 if seen["side"] == "right" else south < -1
 
 
 def test_names_come_out_as_text(seen: dict[str, Any]) -> None:

@@ -31,6 +31,8 @@ class Project:
         of the map when it opens: least x and y, greatest x and y
     crs
         of the map; None: undefined
+    layer_crs
+        of the layers, which may be degrees; the map is in metres
     """
 
     file: str
@@ -39,6 +41,7 @@ class Project:
     findings: Findings
     extent: tuple[float, float, float, float]
     crs: Any
+    layer_crs: Any
 
     @classmethod
     def of(
@@ -50,8 +53,13 @@ class Project:
     ) -> Project:
         """The project for a file of these layers, which have geometry."""
         links = layers["links"]
-        extent, crs = extent_of_traffic(links), getattr(links, "crs", None)
-        return cls(file, styles, description, Findings.of(layers), extent, crs)
+        own = crs = getattr(links, "crs", None)
+        if crs is not None and crs.is_geographic:
+            # degrees would stretch the map, the more the further from the equator
+            crs = links.estimate_utm_crs()  # type: ignore[operator]
+            links = links.to_crs(crs)  # type: ignore[operator]
+        extent = extent_of_traffic(links)
+        return cls(file, styles, description, Findings.of(layers), extent, crs, own)
 
     @property
     def names(self) -> list[str]:

@@ -103,7 +103,7 @@ def _add_layer(layers: Element, name: str, project: Project) -> None:
     SubElement(layer, "layername").text = LAYERS[name].title
     SubElement(layer, "abstract").text = LAYERS[name].what.replace("`", "")
     SubElement(layer, "attribution").text = plain(project.description.attribution)
-    add_crs(SubElement(layer, "srs"), project.crs if spatial else None)
+    add_crs(SubElement(layer, "srs"), project.layer_crs if spatial else None)
     SubElement(layer, "provider", {"encoding": "UTF-8"}).text = "ogr"
     manager = SubElement(layer, "map-layer-style-manager", {"current": current.name})
     SubElement(manager, "map-layer-style", {"name": current.name})

@@ -156,8 +156,13 @@ def add_dots(root: Element, attribute: str, kinds: Sequence[tuple[str, str, str,
         _add_properties(layer, properties)
 
 
-def add_labels(root: Element, column: str, scale: float) -> None:
-    """The text of a column along each line, plain, at scales of 1 : ``scale`` and larger."""
+def add_labels(
+    root: Element, column: str, scale: float | None = None, *, along: bool = True
+) -> None:
+    """The text of a column, plain, at scales of 1 : ``scale`` and larger.
+
+    It runs ``along`` each line, or stands beside each point.
+    """
     labeling = SubElement(root, "labeling", {"type": "simple"})
     settings = SubElement(labeling, "settings", {"calloutType": "simple"})
     style = {
@@ -171,10 +176,13 @@ def add_labels(root: Element, column: str, scale: float) -> None:
     text = SubElement(settings, "text-style", style)
     buffer = {"bufferDraw": "1", "bufferSize": "0.8", "bufferSizeUnits": "MM"}
     SubElement(text, "text-buffer", {**buffer, "bufferColor": rgba("#ffffff")})
-    # 3: along curves; flags 9: on the line, following its orientation on the map
-    SubElement(settings, "placement", {"placement": "3", "placementFlags": "9"})
-    rendering = {"scaleVisibility": "1", "scaleMin": "0", "scaleMax": f"{scale:g}"}
-    SubElement(settings, "rendering", {**rendering, "drawLabels": "1", "mergeLines": "1"})
+    # 3: along curves, flags 9: on the line, following its orientation on the map; 6: around a point
+    placement = {"placement": "3", "placementFlags": "9"} if along else {"placement": "6"}
+    SubElement(settings, "placement", placement)
+    rendering = {"drawLabels": "1", "mergeLines": "1" if along else "0"}
+    if scale is not None:
+        rendering |= {"scaleVisibility": "1", "scaleMin": "0", "scaleMax": f"{scale:g}"}
+    SubElement(settings, "rendering", rendering)
     root.set("labelsEnabled", "1")
 
 

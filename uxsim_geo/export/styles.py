@@ -43,6 +43,7 @@ STEPS = tuple(speed.colour for speed in reversed(SPEED_CLASSES))
 #: lines are named where the map is so large, 1 : this
 NAMES_FROM = 12_000
 NODES_FROM = 25_000
+FEW_NODES = 60  # shown and named at every scale
 
 
 class NamedStyle(NamedTuple):
@@ -94,7 +95,7 @@ def styles_of(
     """All styles of all layers that are there, by layer; the first is the default."""
     side = description.driving_side
     found = {name: [_plain_style(name)] for name in layers}
-    found["nodes"] = [_nodes()]
+    found["nodes"] = [_nodes(few=len(layers["nodes"]) <= FEW_NODES)]
     width = width_of(share_of_largest("volume_veh", layers["links"]["volume_veh"]))
     found["links"] = list(_of_links(width, side))
     if "link_times" in layers:
@@ -166,12 +167,15 @@ def _trajectories() -> NamedStyle:
     return NamedStyle("time lost", "colour: share of its time that a trip lost", root)
 
 
-def _nodes() -> NamedStyle:
-    """Small dots, at large scales only; signals stand out."""
+def _nodes(*, few: bool) -> NamedStyle:
+    """Small dots, signals stand out; at large scales only, unless they are few and have names."""
     root = _with_titles("nodes")
     kinds = [("signal", "signal", "#f2b84b", 2.0), ("", "node", "#ffffff", 1.2)]
     qml.add_dots(root, "control", kinds)
-    qml.hide_beyond(root, NODES_FROM)
+    if few:
+        qml.add_labels(root, "node_id", along=False)
+    else:
+        qml.hide_beyond(root, NODES_FROM)
     return NamedStyle("control", "signals and other nodes", root)
 
 
