@@ -138,6 +138,11 @@ class ReportSection(LocatedSection):
     trajectories: TrajectoriesSection = Field(
         TrajectoriesSection(), description="section: which ways of vehicles to write"
     )
+    driving_side: Literal["right", "left"] | None = Field(
+        None,
+        description="the side of the road on which maps show traffic; none: that of ingest.osm, "
+        "else right",
+    )
     attribution: str | None = Field(
         None,
         description="who is to be named where results are shown, as text; none: © OpenStreetMap "

@@ -71,7 +71,9 @@ class OsmSection(Section):
         description="whose speeds and lanes are assumed where the file has none: default, or a "
         "code as DE",
     )
-    driving_side: Literal["right", "left"] = Field("right", description="noted with the import")
+    driving_side: Literal["right", "left"] = Field(
+        "right", description="noted with the import; maps show traffic there"
+    )
     private: bool = Field(
         False, description="roads of private access, of residents and deliveries too"
     )

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from pipeline.config import Config
@@ -45,16 +45,21 @@ def describe(material: Material) -> RunDescription:
     from uxsim_geo.export.run_description import RunDescription
 
     config = material.config
-    osm = config.ingest.osm
     return RunDescription(
         config.report.start,
         material.notes,
         information(material),
         name=config.name,
-        driving_side=osm.driving_side if osm is not None else "right",
+        driving_side=driving_side(config),
         attribution=attribution(config),
         provenance=_provenance(material),
     )
+
+
+def driving_side(config: Config) -> Literal["right", "left"]:
+    """The side of the road on which traffic is shown."""
+    osm = config.ingest.osm
+    return config.report.driving_side or (osm.driving_side if osm is not None else "right")
 
 
 def attribution(config: Config) -> str:

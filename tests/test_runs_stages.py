@@ -270,17 +270,22 @@ def test_layers_go_to_files_of_their_own_on_demand(done: Path) -> None:
 
 
 def test_results_say_what_they_were_made_of_and_whose_it_is(done: Path) -> None:
-    assert execute(done, "report.attribution=Stadt <Ähm>") == ["report"]
+    told = ["report.attribution=Stadt <Ähm>", "report.driving_side=left"]
+    assert execute(done, *told) == ["report"]
     with closing(sqlite3.connect(done / "run/results.gpkg")) as database:
         items, provenance = (
             text for (text,) in database.execute("SELECT metadata FROM gpkg_metadata ORDER BY id")
         )
+        styles = database.execute(
+            "SELECT styleQML FROM layer_styles WHERE f_table_name = 'links'"
+        ).fetchall()
+    assert all('value="-(0.15 + ' in style for (style,) in styles)
     assert 'key="attribution">Stadt &lt;Ähm&gt;<' in items
-    told = json.loads(provenance)
+    made = json.loads(provenance)
     recorded = manifest(done)["stages"]["ingest"]["inputs"]
-    assert told["sources"] == {
+    assert made["sources"] == {
         name: {"file": f"{name.partition('.')[0]}.tntp", "sha256": recorded[name]["sha256"]}
         for name in ("net", "nodes", "trips.0.file")
     }
-    assert told["settings"]["simulate"]["duration_s"] == 1200
+    assert made["settings"]["simulate"]["duration_s"] == 1200
     assert str(done) not in provenance

@@ -36,7 +36,10 @@ def add_sheet(layouts: Element, project: Project) -> None:
     _add_item(SubElement(sheet, "PageCollection"), PAGE, _Place(0, 0, 297, 210))
     name, findings = project.description.name or "run", project.findings
     _add_label(sheet, _Place(8, 6, 185, 9), name + _period(findings), 16, bold=True)
-    _add_label(sheet, _Place(8, 16, 185, 17), "\n".join(findings.words), 9)
+    words = [*findings.words]
+    if project.description.information.get("gridlocked") is True:
+        words.append("Gridlock: vehicles wait for one another in circles and can never move again.")
+    _add_label(sheet, _Place(8, 16, 185, 17), "\n".join(words), 9)
     in_time = bool(findings.begin) and "link_states" in project.styles
     width = 138.0 if in_time else 281.0
     caption = "Whole run. Colour: speed relative to free speed. Width: volume."
