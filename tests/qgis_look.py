@@ -25,7 +25,9 @@ from qgis.core import (
     QgsProject,
     QgsRenderContext,
     QgsTemporalNavigationObject,
+    QgsVectorLayer,
     QgsVectorLayerTemporalContext,
+    QgsWkbTypes,
 )
 from qgis.PyQt.QtCore import QSize, Qt
 from qgis.PyQt.QtGui import QColor
@@ -41,6 +43,7 @@ def layer_told(layer):
         "valid": layer.isValid(),
         "rows": layer.featureCount(),
         "crs": layer.crs().authid(),
+        "geometry": QgsWkbTypes.displayString(layer.wkbType()),
         "renderer": renderer.type() if renderer is not None else None,
         "classes": [item.label() for item in symbols],
         "faults": faults(layer),
@@ -53,6 +56,14 @@ def layer_told(layer):
         "aliases": {field.name(): field.alias() for field in layer.fields()},
         "attribution": layer.attribution(),
     }
+
+
+def alone(package, name):
+    """A layer as it comes without the project: its classes, and the styles in the file."""
+    layer = QgsVectorLayer(f"{package}|layername={name}", name, "ogr")
+    number, _, names, _, _ = layer.listStylesInDatabase()
+    classes = len(layer.renderer().legendSymbolItems()) if layer.isSpatial() else 0
+    return {"valid": layer.isValid(), "classes": classes, "styles": sorted(names[:number])}
 
 
 def faults(layer):
@@ -156,6 +167,10 @@ def look(package, folder):
         "crs": project.crs().authid(),
         "visible": [n.layerId() for n in project.layerTreeRoot().findLayers() if n.isVisible()],
         "layers": {key: layer_told(layer) for key, layer in layers.items()},
+        "alone": {
+            key: alone(package, layer.source().partition("|layername=")[2])
+            for key, layer in layers.items()
+        },
         "mode": project.readNumEntry("TemporalControllerWidget", "/NavigationMode")[0],
     }
     times = []

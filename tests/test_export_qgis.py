@@ -82,6 +82,20 @@ def test_the_project_opens_with_every_layer_valid_and_styled(seen: dict[str, Any
             assert told["aliases"][column.name] == titled(column)
 
 
+def test_layers_have_their_styles_without_the_project_too(seen: dict[str, Any]) -> None:
+    for name in LAYERS:
+        told, alone = layer(seen, name), seen["alone"][f"uxsim_geo_{name}"]
+        assert alone == {
+            "valid": True,
+            "classes": len(told["classes"]),
+            "styles": sorted(told["styles"]),
+        }
+
+
+def test_trajectories_have_four_coordinates(seen: dict[str, Any]) -> None:
+    assert layer(seen, "trajectories")["geometry"] == "LineStringZM"
+
+
 def test_links_have_styles_by_speed_delay_queue_and_use(seen: dict[str, Any]) -> None:
     assert layer(seen, "links")["styles"] == ["delay", "queue", "speed", "volume"]
     assert layer(seen, "link_states")["styles"] == ["delay", "flow", "queue", "speed"]

@@ -51,8 +51,9 @@ class Findings:
 
     @property
     def worst(self) -> int:
-        """The bin in which most time is lost."""
-        return int(np.argmax(self.lost))
+        """The first bin in which most is lost, to one in a thousand: a gridlock stays as bad."""
+        lost = np.asarray(self.lost)
+        return int(np.argmax(lost >= 0.999 * lost.max()))
 
 
 def extent_of_traffic(links: pd.DataFrame) -> tuple[float, float, float, float]:
@@ -94,11 +95,11 @@ def _percentile(values: Floats, weights: Floats, share: float) -> float:
 
 
 def _roads(links: pd.DataFrame) -> tuple[tuple[str, float], ...]:
-    """By name, those without one by their id; of links without delay none."""
+    """By name, those without one by their id; none of those that one decimal shows as 0."""
     names = links["name"].astype("string")
     names = names.where(names.fillna("") != "", "link " + links["link_id"].astype("string"))
     lost = links["delay_veh_s"].groupby(names.to_numpy(), sort=False).sum() / TIMES["h"]
-    lost = lost[lost > 0].sort_values(ascending=False, kind="stable").head(ROADS)
+    lost = lost[lost >= 0.05].sort_values(ascending=False, kind="stable").head(ROADS)
     return tuple((str(name), float(value)) for name, value in lost.items())
 
 

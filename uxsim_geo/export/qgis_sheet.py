@@ -56,7 +56,7 @@ def add_sheet(layouts: Element, project: Project) -> None:
     _add_legend(sheet, _Place(8, 163, 60, 38), project)
     if project.crs is not None:
         _add_scale_bar(sheet, _Place(84, 188, 60, 12), project)
-    _add_picture(sheet, _Place(88, 166, 10, 16), _north())
+        _add_picture(sheet, _Place(88, 166, 10, 16), _north())
     _add_label(sheet, _Place(151, 163, 138, 40), _roads(findings), 9)
     _add_label(sheet, _Place(8, 203, 281, 4), _source(project), 7)
 

@@ -177,7 +177,9 @@ def add_labels(
     buffer = {"bufferDraw": "1", "bufferSize": "0.8", "bufferSizeUnits": "MM"}
     SubElement(text, "text-buffer", {**buffer, "bufferColor": rgba("#ffffff")})
     # 3: along curves, flags 9: on the line, following its orientation on the map; 6: around a point
-    placement = {"placement": "3", "placementFlags": "9"} if along else {"placement": "6"}
+    placement = (
+        {"placement": "3", "placementFlags": "9"} if along else {"placement": "6", "dist": "1"}
+    )
     SubElement(settings, "placement", placement)
     rendering = {"drawLabels": "1", "mergeLines": "1" if along else "0"}
     if scale is not None:
