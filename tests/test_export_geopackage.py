@@ -35,6 +35,9 @@ from uxsim_geo.export.run_layers import Run, layers_of_run
 from uxsim_geo.network.diagram import diagram_capacity
 from uxsim_geo.settings import Settings
 
+# pyogrio leaves out the fourth coordinate of trajectories, and says so
+pytestmark = pytest.mark.filterwarnings("ignore:Measured")
+
 TABLES = {"link_times", "import_notes", "run_info"}
 MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories"}
 LAYERS = TABLES | MAPS

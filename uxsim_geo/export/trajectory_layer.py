@@ -22,7 +22,7 @@ from uxsim_geo.network.units import KMH
 from uxsim_geo.result import Result
 
 LINE_ZM = 3002  # type of a line with z and m in ISO WKB
-NEAR = 0.5  # m, by which a way may be off when points are left out, each time
+NEAR = 0.35  # m, by which a way may be off when points are left out, each time
 TIMES_THINNED = 4  # each leaves out half of the points at most
 DEGREE = 111_320.0  # m, of latitude
 
