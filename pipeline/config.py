@@ -32,7 +32,7 @@ def _in_utc(instant: datetime) -> datetime:
 Output = Literal["geopackage", "space_time", "geoparquet", "flatgeobuf"]
 
 #: layers of a results file that can be left out; ``uxsim_geo.export.run_layers`` makes them
-LayerName = Literal["link_times", "link_states", "od_lines", "trajectories", "import_notes"]
+LayerName = Literal["link_times", "od_lines", "trajectories", "import_notes"]
 
 
 Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
@@ -133,7 +133,8 @@ class ReportSection(LocatedSection):
     layers: tuple[LayerName, ...] = Field(
         typing.get_args(LayerName),
         strict=False,
-        description="which layers to write beside nodes, links and run_info",
+        description="which layers to write beside nodes, links and run_info; link_times brings "
+        "link_states, its view with geometry",
     )
     trajectories: TrajectoriesSection = Field(
         TrajectoriesSection(), description="section: which ways of vehicles to write"
@@ -156,12 +157,6 @@ class ReportSection(LocatedSection):
         strict=False,
         description="pictures and films for the folder plots/",
     )
-
-    @model_validator(mode="after")
-    def _layers_stand(self) -> Self:
-        if "link_states" in self.layers and "link_times" not in self.layers:
-            raise ValueError("layers: link_states is made of link_times; name both, or neither")
-        return self
 
     @model_validator(mode="after")
     def _files_differ(self) -> Self:

@@ -198,11 +198,6 @@ def test_start_keeps_its_instant_in_any_zone(tmp_path: Path) -> None:
     assert "timezone" in only_fault(tmp_path, CONFIG, "report.start=2024-05-01T07:00:00")
 
 
-def test_a_view_needs_the_table_under_it(tmp_path: Path) -> None:
-    fault = only_fault(tmp_path, CONFIG, "report.layers=[link_states]")
-    assert "layers: link_states is made of link_times; name both, or neither" in fault
-
-
 @pytest.mark.parametrize("name", ["../up", "a/b", "", ".hidden"])
 def test_name_must_be_fit_for_a_folder(tmp_path: Path, name: str) -> None:
     assert "name: must not be empty, hold" in only_fault(tmp_path, CONFIG, f"name='{name}'")

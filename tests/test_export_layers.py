@@ -190,6 +190,9 @@ def test_geoparquet_keeps_all_layers_with_their_four_coordinates(
             assert back.crs == layer.crs
             assert shapely.to_wkt(back.geometry).tolist() == shapely.to_wkt(layer.geometry).tolist()
     assert gpd.read_parquet(tmp_path / "trajectories.parquet").geometry.has_m.all()
+    again = tmp_path / "again.parquet"
+    write_geoparquet(again, layers["trajectories"])
+    assert again.read_bytes() == (tmp_path / "trajectories.parquet").read_bytes()
 
 
 def test_flatgeobuf_keeps_layers_of_the_map(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def layers_of_run(
     """Tables by the names of their layers, GeoDataFrames where the network has geometry.
 
     ``wanted`` beside those that every file has; ``sample`` says which trajectories. There are none
-    without geometry. ``link_states`` is a view over ``link_times`` and no table of its own.
+    without geometry. ``link_states`` comes with ``link_times``, as a view over it.
     """
     network, start = run.network, description.start
     makers = {
