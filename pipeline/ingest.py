@@ -93,7 +93,7 @@ def read_sources(
     if section.steps is not None:
         from uxsim_geo.network.ready import make_ready
 
-        side = section.osm.driving_side if section.osm is not None else "right"
+        side = section.osm.side() if section.osm is not None else "right"
         network = make_ready(network, section.steps.options(side), progress=progress)
     faults: list[Fault] = []
     demands: list[Demand] = []

@@ -15,6 +15,7 @@ from pyproj import Geod
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS
 from uxsim_geo.network.osm_links import OWN_LINK_COLUMNS
+from uxsim_geo.network.osm_options import OsmOptions
 
 
 def ends(name: str, file: str = "shapes.osm") -> list[str]:
@@ -138,3 +139,20 @@ def test_ways_are_cut_at_the_place_of_a_restriction(tmp_path: Path) -> None:
         zip(network.movements["from_link_id"], network.movements["to_link_id"], strict=True)
     )
     assert pairs == {("10:1-2", "10:2-1"), ("10:3-2", "10:2-3")}
+
+
+def test_where_one_drives_on_the_left_directions_and_lanes_are_as_drawn() -> None:
+    """South of the equator, clockwise round: nothing is turned about, and the side is noted."""
+    network = read_data("left_hand.osm", OsmOptions(country="AU"))
+    assert ends("clockwise", "left_hand.osm") == ["12-13", "13-14", "14-12"]
+    assert ends("eastward", "left_hand.osm") == ["3-12"]
+    assert ends("westward", "left_hand.osm") == ["14-1"]
+    links = network.links
+    carriageways = links[links["name"].isin(["eastward", "westward"])]
+    assert carriageways["oneway"].all()
+    assert set(carriageways["lanes"]) == {2}
+    single = links[links["name"] == "single"].set_index("direction")
+    assert single["lanes"].to_dict() == {"forward": 1, "backward": 2}
+    assert single["turn_lanes"].to_dict() == {"forward": "through", "backward": "left|through"}
+    assert noted(network, "driving side") == ["left"]
+    assert noted(read_data("left_hand.osm"), "driving side") == ["right"]  # of no country

@@ -9,10 +9,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.osm_access import reason_to_drop
+from uxsim_geo.network.osm_barriers import closed_nodes, note_barriers
 from uxsim_geo.network.osm_defaults import read_defaults
 from uxsim_geo.network.osm_file import OsmFile, read_osm_file
 from uxsim_geo.network.osm_junctions import junctions_of
@@ -40,7 +43,8 @@ def read_osm_network(
     free_speed_basis (the tag or class that the speed comes from), source_node_ids (all along the
     link, with blanks between). Nodes have highway, barrier (tags), signal_node_ids (whose
     signals control the junction). Movements have via_link_ids (null, or the links between, with
-    blanks), restriction, source_id (the relation).
+    blanks), restriction (its kind, or ``barrier``), source_id (the relation, or the node of the
+    barrier).
 
     ``progress`` is called with a word and the share done. Raises
     :class:`uxsim_geo.errors.InputError` for a file or a table of defaults that cannot be used.
@@ -57,7 +61,8 @@ def read_osm_network(
     tell("tags", 0.6)
     ways = read_ways(file.way_tags, options, defaults, lambda share: tell("tags", 0.6 + share / 5))
     tell("links", 0.8)
-    sections = cut_ways(file, places_of(file.restrictions))
+    closed = closed_nodes(file, options)
+    sections = cut_ways(file, np.union1d(places_of(file.restrictions), closed))
     links = direct(file, sections, ways)
     _check_links(path, len(links.ids))
     note_file(file, sections, options, notes)
@@ -67,7 +72,9 @@ def read_osm_network(
     signals = place_signals(file, sections, ways, options.signal_distance)
     note_signals(file, sections, signals, notes)
     tell("turns", 0.95)
-    movements = banned_turns(junctions_of(file, sections, links), notes)
+    junctions = junctions_of(file, sections, links)
+    note_barriers(file, closed, junctions, notes)
+    movements = banned_turns(junctions, closed, notes)
     nodes = nodes_table(file, links, signals.at)
     tell("done", 1.0)
     return Network(nodes, table, movements, notes.table())

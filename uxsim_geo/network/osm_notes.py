@@ -19,14 +19,17 @@ from uxsim_geo.network.units import KMH
 MOST_SINGLE_NOTES = 1000
 
 #: kinds of tags whose conditions are not applied
-CONDITIONAL = ("maxspeed", "access", "motor_vehicle", "vehicle", "motorcar", "oneway", "lanes")
+CONDITIONAL = frozenset(
+    [
+        *("maxspeed", "access", "motor_vehicle", "vehicle", "motorcar", "oneway"),
+        *("lanes", "bus", "psv"),
+    ]
+)
 
 
 def note_file(file: OsmFile, sections: Sections, options: OsmOptions, notes: Notes) -> None:
     """Say which side is driven on, what was left out, what the file lacks."""
-    notes.add(
-        "driving side", "recorded only: geometry does not depend on it", value=options.driving_side
-    )
+    notes.add("driving side", "recorded only: geometry does not depend on it", value=options.side)
     for reason, number in sorted(file.dropped.items()):
         notes.add("ways left out", f"{reason}: no links", element="link", value=number)
     incomplete = np.flatnonzero(sections.missing)
@@ -40,10 +43,6 @@ def note_file(file: OsmFile, sections: Sections, options: OsmOptions, notes: Not
         for key in tags
         if key.endswith(":conditional") and key.partition(":")[0] in CONDITIONAL
     )
-    barriers = Counter(tags["barrier"] for tags in file.node_tags.values() if "barrier" in tags)
-    for kind, number in sorted(barriers.items()):
-        note = f"nodes with barrier={kind} on roads: nothing is closed there"
-        notes.add("barriers", note, element="node", value=number)
     for key, number in sorted(conditions.items()):
         notes.add("conditional tag", f"ways with {key}: not applied", element="link", value=number)
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import get_args
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.clusters import JunctionSizes
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.u_turns import Where
-
-DrivingSide = Literal["right", "left"]
 
 
 @dataclass(frozen=True)
