@@ -23,9 +23,7 @@ from uxsim_geo.errors import Fault, InputError
 if TYPE_CHECKING:
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.network.network import Network
-
-#: told what is being done, and how far it has come, 0 to 1
-Progress = Callable[[str, float], None]
+    from uxsim_geo.network.telling import Telling
 
 #: where the tables lie in a run folder
 NETWORK = "network"
@@ -74,9 +72,7 @@ def _run(task: Task) -> Outcome:
 STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare)
 
 
-def read_sources(
-    section: IngestSection, progress: Progress | None = None
-) -> tuple[Network, Demand]:
+def read_sources(section: IngestSection, progress: Telling | None = None) -> tuple[Network, Demand]:
     """Read network and demand, corrected by the overrides.
 
     ``progress`` is told what is being done and how far it has come, 0 to 1. Raises
@@ -119,7 +115,7 @@ def read_sources(
     return network, Demand(table, notes)
 
 
-def _tntp_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _tntp_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     from uxsim_geo.network.tntp import read_tntp_network
 
     files, options = files_of(section), section.network_options()
@@ -129,7 +125,7 @@ def _tntp_network(section: IngestSection, progress: Progress | None) -> Network:
     return note_dataset(network, section)
 
 
-def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
+def _osm_network(section: IngestSection, progress: Telling | None) -> Network:
     from uxsim_geo.network.osm import read_osm_network
 
     assert section.osm is not None
@@ -142,14 +138,14 @@ def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
     return note_download(read_osm_network(roads.path, options, progress=progress), roads)
 
 
-def _gmns_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _gmns_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     from uxsim_geo.network.gmns import read_gmns_network
 
     assert section.gmns is not None
     return read_gmns_network(section.gmns.folder, section.gmns.options(section.jam_density))
 
 
-def _csv_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _csv_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     return _csv_tables(section)[0]
 
 
@@ -162,7 +158,7 @@ def _csv_tables(section: IngestSection) -> tuple[Network, Demand]:
     return read_uxsim_csv(*files, UxsimCsvOptions(section.csv.crs))
 
 
-def _tables_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _tables_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     from uxsim_geo.network.mapped import read_mapped_network
 
     told = section.tables
@@ -177,7 +173,7 @@ def _tables_network(section: IngestSection, progress: Progress | None) -> Networ
 
 
 #: one reader a format
-NETWORKS: dict[str, Callable[[IngestSection, Progress | None], Network]] = {
+NETWORKS: dict[str, Callable[[IngestSection, Telling | None], Network]] = {
     "tntp": _tntp_network,
     "osm": _osm_network,
     "gmns": _gmns_network,

@@ -5,7 +5,6 @@ The same data give the same network, byte for byte, whatever the file's format a
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -27,13 +26,11 @@ from uxsim_geo.network.osm_sections import cut_ways
 from uxsim_geo.network.osm_signals import note_signals, place_signals
 from uxsim_geo.network.osm_turns import banned_turns
 from uxsim_geo.network.osm_ways import read_ways
-
-#: called with what is being done and the share of the whole that is done, 0 to 1
-Progress = Callable[[str, float], None]
+from uxsim_geo.network.telling import Telling, silent
 
 
 def read_osm_network(
-    path: Path, options: OsmOptions, *, progress: Progress | None = None
+    path: Path, options: OsmOptions, *, progress: Telling | None = None
 ) -> Network:
     """Read the roads of an OpenStreetMap file (.osm, .xml, also .gz or .bz2, or .pbf) into tables.
 
@@ -49,7 +46,7 @@ def read_osm_network(
     ``progress`` is called with a word and the share done. Raises
     :class:`uxsim_geo.errors.InputError` for a file or a table of defaults that cannot be used.
     """
-    tell = progress or _silent
+    tell = progress or silent
     tell("reading", 0.0)
     defaults = read_defaults(options)
     choose = partial(reason_to_drop, options=options)
@@ -78,10 +75,6 @@ def read_osm_network(
     nodes = nodes_table(file, links, signals.at)
     tell("done", 1.0)
     return Network(nodes, table, movements, notes.table())
-
-
-def _silent(_what: str, _share: float) -> None:
-    """Progress that nobody watches."""
 
 
 def _check_roads(path: Path, file: OsmFile) -> None:

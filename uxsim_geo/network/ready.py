@@ -6,7 +6,6 @@ on the tables alone, not on the order of their rows, on threads or on the machin
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -24,17 +23,15 @@ from uxsim_geo.network.ready_check import check_ids
 from uxsim_geo.network.ready_options import ReadyOptions
 from uxsim_geo.network.rows import numbers
 from uxsim_geo.network.settling import merge_within
+from uxsim_geo.network.telling import Telling, silent
 from uxsim_geo.network.u_turns import ban_u_turns
-
-#: called with what is being done and the share of the whole that is done, 0 to 1
-Progress = Callable[[str, float], None]
 
 #: seed of the sample by which the result is judged; not that by which junctions were chosen
 SEED = 2
 
 
 def make_ready(
-    network: Network, options: ReadyOptions, *, progress: Progress | None = None
+    network: Network, options: ReadyOptions, *, progress: Telling | None = None
 ) -> Network:
     """Take the steps that ``options`` ask for; their notes stand after those that are there.
 
@@ -42,7 +39,7 @@ def make_ready(
     :class:`uxsim_geo.errors.InputError` if ids are missing, not unique or not known.
     """
     check_ids(network)
-    tell = progress or _silent
+    tell = progress or silent
     notes = Notes()
     notes.add("driving side", "no step depends on it", value=options.driving_side)
     note_short_links(network, options.step, "before", notes)
@@ -77,11 +74,7 @@ def make_ready(
     return replace(network, notes=_together(network.notes, notes.table()))
 
 
-def _silent(_what: str, _share: float) -> None:
-    """Progress that nobody watches."""
-
-
-def _tell_part(tell: Progress, share: float) -> None:
+def _tell_part(tell: Telling, share: float) -> None:
     tell("junctions", 0.3 + 0.5 * share)
 
 
