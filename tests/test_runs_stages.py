@@ -205,6 +205,7 @@ def test_a_network_that_is_refused_leaves_its_tables_and_no_older_results(done: 
         "config.yaml",
         "demand.parquet",
         "demand_notes.parquet",
+        "import_notes.html",
         "network",
     }
     assert verify_run(done / "run").wrong == []
