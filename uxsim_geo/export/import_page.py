@@ -152,6 +152,7 @@ def _map(network: Network, kinds: list[Kind]) -> dict[str, Any] | None:
         return None
     picture = Picture.of(MapPlane.of(network))
     main = main_roads(network.links)
+    main = main | (not main.any())  # where classes say nothing, all roads are drawn wider
     markers = [
         (kind.code, spot.number, spot.title, *map(round, picture.place(at[None])[0].tolist()))
         for kind in kinds
