@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from road_tables import Road, drawn, road, shuffled, street
+from shapely import LineString, MultiLineString
 
 from uxsim_geo.network import doubts
 from uxsim_geo.network.doubts import CONNECTIONS, DOUBTS, note_doubts
@@ -336,3 +337,37 @@ def test_doubts_do_not_hang_on_the_order_of_rows() -> None:
 
 def test_every_topic_is_told_apart() -> None:
     assert len(set(DOUBTS)) == 5
+
+
+def odd_geometry() -> dict[str, Any]:
+    """Geometry that is no line, by what it is."""
+    return {
+        "missing": None,
+        "empty": LineString(),
+        "in parts": MultiLineString([[(0, 0), (1, 1)], [(5, 5), (6, 6)]]),
+    }
+
+
+@pytest.mark.parametrize("kind", sorted(odd_geometry()))
+def test_where_a_link_is_no_line_the_connections_alone_are_told(kind: str) -> None:
+    network = gap(6.0)
+    lines = network.links["geometry"].to_numpy().copy()
+    lines[2] = odd_geometry()[kind]
+    links = network.links.set_geometry(lines, crs=network.links.crs)
+    table = noted(replace(network, links=links))
+    assert set(table["topic"]) == {CONNECTIONS}
+
+
+def test_tables_that_do_not_hang_together_are_left_to_the_check() -> None:
+    network = gap(6.0)
+    twice = pd.concat([network.links, network.links], ignore_index=True)
+    unknown = network.links.assign(to_node_id=network.links["to_node_id"].replace("end", "?"))
+    for links in (twice, unknown):
+        assert noted(replace(network, links=links)).empty
+
+
+def test_a_network_around_the_world_is_no_error() -> None:
+    places = {"a": (0.0, 0.0), "b": (1.0, 1.0), "c": (179.0, 0.0), "d": (-120.0, 80.0)}
+    roads = [street("a", "b"), street("b", "c"), street("c", "d")]
+    table = noted(drawn(places, roads, crs="EPSG:4326"))
+    assert set(table["topic"]) == {CONNECTIONS}

@@ -7,9 +7,11 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from road_tables import UTM, drawn, road, street
+from shapely import LineString
 
 from uxsim_geo.export import import_spots, network_svg
 from uxsim_geo.export.import_page import ImportDescription, import_page, write_import_page
@@ -226,3 +228,14 @@ def test_a_large_network_is_simplified_until_it_is_small(monkeypatch: pytest.Mon
     whole = path_of(picture, ~main_roads(network.links))
     monkeypatch.setattr(network_svg, "MOST_CHARACTERS", len(whole) - 1)
     assert len(path_of(picture, ~main_roads(network.links))) < len(whole)
+
+
+@pytest.mark.parametrize("shape", [None, LineString(), LineString([(0, 0), (0, 0)])], ids=str)
+def test_lines_without_extent_are_no_error(shape: LineString | None) -> None:
+    network = odd_road()
+    lines = np.full(3, shape, dtype=object)
+    links = network.links.set_geometry(lines, crs=network.links.crs)
+    notes = Notes()
+    notes.add_each("mended", "note", ["a-b"])
+    page = page_of(replace(network, links=links, notes=notes.table()))
+    assert "mended: 1" in page.texts

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from uxsim_geo.export.import_spots import Kind, Spots
@@ -20,8 +21,6 @@ from uxsim_geo.network.import_shares import (
     shares_of_all,
     short_links,
 )
-from uxsim_geo.network.incidence import ends_of, turns_of
-from uxsim_geo.network.largest_part import strong_parts
 from uxsim_geo.network.network import Network
 
 TEMPLATE = "import_notes.html.jinja"
@@ -73,7 +72,7 @@ def import_page(network: Network, told: ImportDescription) -> str:
     )
     environment.filters["percent"] = percent
     spots = Spots(network, told.notes, told.openstreetmap)
-    kinds, ends = spots.kinds(), ends_of(network)
+    kinds = spots.kinds()
     short = short_links(network, told.step)
     shortest = short.head(SHORTEST_SHOWN)
     return environment.get_template(TEMPLATE).render(
@@ -87,7 +86,7 @@ def import_page(network: Network, told: ImportDescription) -> str:
         doubts=sum(kind.number for kind in kinds),
         map=_map(network, kinds),
         step=told.step,
-        greatest=strong_parts(network, ends, turns_of(network, ends))[1],
+        greatest=_greatest_part(told.notes),
         short=len(short),
         shortest=spots.of_links(
             shortest["link_id"].tolist(), [f"{time:.2f} s" for time in shortest["time"]]
@@ -96,6 +95,12 @@ def import_page(network: Network, told: ImportDescription) -> str:
         topics=_topics(told.notes),
         repairs=spots.repairs(),
     )
+
+
+def _greatest_part(notes: pd.DataFrame) -> float:
+    """The share of the length in which every link leads to every other; NaN: not told."""
+    values = pd.to_numeric(notes["value"][notes["topic"] == CONNECTIONS], errors="coerce")
+    return float(values.iloc[-1]) if len(values) else float("nan")
 
 
 def _bases(links: pd.DataFrame) -> list[tuple[str, float]]:
@@ -150,7 +155,10 @@ def _map(network: Network, kinds: list[Kind]) -> dict[str, Any] | None:
     """Paths of the network and places of the spots in its picture; None without geometry."""
     if "geometry" not in network.links or not len(network.links):
         return None
-    picture = Picture.of(MapPlane.of(network))
+    plane = MapPlane.of(network)
+    if not np.isfinite(plane.extent).all():  # no line has a place that can be drawn
+        return None
+    picture = Picture.of(plane)
     main = main_roads(network.links)
     main = main | (not main.any())  # where classes say nothing, all roads are drawn wider
     markers = [

@@ -73,7 +73,8 @@ def path_of(picture: Picture, rows: npt.NDArray[np.bool_]) -> str:
     """The data of an SVG path of some links: joined, both directions once, simplified as needed."""
     import shapely
 
-    lines = picture.plane.lines[rows]
+    lines = shapely.get_parts(picture.plane.lines[rows])
+    lines = lines[shapely.get_type_id(lines) == shapely.GeometryType.LINESTRING]
     if not len(lines):
         return ""
     lines = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(_once(lines))))

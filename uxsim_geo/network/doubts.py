@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
+from uxsim_geo.errors import InputError
 from uxsim_geo.network.doubtful_ends import doubtful_ends
 from uxsim_geo.network.doubtful_values import (
     Road,
@@ -19,11 +21,13 @@ from uxsim_geo.network.doubtful_values import (
     narrow_pieces,
     odd_speeds,
 )
+from uxsim_geo.network.headings import in_plane
 from uxsim_geo.network.incidence import Ends, Rows, ends_of, turns_of
 from uxsim_geo.network.largest_part import strong_parts
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Element, Notes
 from uxsim_geo.network.place_notes import MOST_SINGLE_NOTES
+from uxsim_geo.network.ready_check import check_ids
 from uxsim_geo.network.rows import count
 from uxsim_geo.network.straight_on import straight_on
 from uxsim_geo.network.units import KMH, PER_HOUR
@@ -101,21 +105,56 @@ DOUBTS = (DEAD_END[0], *(comparison.topic for comparison in COMPARISONS))
 def note_doubts(network: Network, notes: Notes) -> None:
     """Note how the network hangs together, and every doubtful spot.
 
-    Ids must be known, as :func:`uxsim_geo.network.ready.make_ready` leaves them. Spots are found
-    where it is known where links lie; in other networks the connections alone are told.
+    Spots are found where it is known where all links lie; in other networks the connections alone
+    are told. Where ids are missing, not unique or not known, nothing is: that is no doubt but a
+    fault, and is told by :func:`uxsim_geo.network.check.check_network`.
     """
+    if not _is_tied(network):
+        return
     ends = ends_of(network)
     turns = turns_of(network, ends)
     parts, share = strong_parts(network, ends, turns)
     note = f"{count(parts, 'part')} in which every link leads to every other"
     notes.add(CONNECTIONS, f"{note}; value: share of the greatest in the km", value=share)
-    _note_dead_ends(network, ends, notes)
-    road = Road(network.links, ends, turns, straight_on(network, ends, turns))
+    plane = _drawn_in_metres(network)
+    if plane is None:
+        return
+    _note_dead_ends(plane, ends, notes)
+    road = Road(network.links, ends, turns, straight_on(plane, ends, turns))
     for comparison in COMPARISONS:
         rows = comparison.find(road)
         values = comparison.values(road, rows)
         remark = (comparison.topic, comparison.note)
         _note_each(notes, remark, _ids(network.links["link_id"], rows), values)
+
+
+def _is_tied(network: Network) -> bool:
+    """Whether all ids that the tables name are there, once."""
+    try:
+        check_ids(network)
+    except InputError:
+        return False
+    return True
+
+
+def _drawn_in_metres(network: Network) -> Network | None:
+    """The network in metres; None unless every link is a line there and every node a point."""
+    import shapely
+
+    if "geometry" not in network.links or "geometry" not in network.nodes:
+        return None
+    plane = in_plane(network)
+    if plane is None:
+        return None
+    lines, points = (table["geometry"].to_numpy() for table in (plane.links, plane.nodes))
+    kinds = ((lines, shapely.GeometryType.LINESTRING), (points, shapely.GeometryType.POINT))
+    for shapes, kind in kinds:
+        if (shapely.get_type_id(shapes) != kind).any() or shapely.is_empty(shapes).any():
+            return None
+        # around half the world no plane holds everything
+        if not np.isfinite(shapely.get_coordinates(shapes)).all():
+            return None
+    return plane
 
 
 def _note_dead_ends(network: Network, ends: Ends, notes: Notes) -> None:
