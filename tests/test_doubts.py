@@ -371,3 +371,7 @@ def test_a_network_around_the_world_is_no_error() -> None:
     roads = [street("a", "b"), street("b", "c"), street("c", "d")]
     table = noted(drawn(places, roads, crs="EPSG:4326"))
     assert set(table["topic"]) == {CONNECTIONS}
+
+
+def test_a_street_that_ends_on_another_without_a_node_there() -> None:
+    assert doubted(gap(0.0), DEAD_END) == {"end": "0.0 m to east-west"}
