@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pipeline.config import Config
 from pipeline.config_keys import named_files
 from pipeline.demand_sources import of_class, read_demand_entries
+from pipeline.import_notes import PAGE, with_doubts, write_page
 from pipeline.ingest_config import IngestSection
 from pipeline.osm_roads import CACHE, downloaded_files, fetch_roads, roads_of
 from pipeline.progress import Watch
@@ -19,6 +20,7 @@ from pipeline.stages import Outcome, Stage, Task
 from pipeline.tntp_sources import dataset_inputs, fetch_dataset, files_of, note_dataset
 from pipeline.warned import number_in_words, warnings_in
 from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.network.rows import count
 
 if TYPE_CHECKING:
     from uxsim_geo.demand.demand import Demand
@@ -49,6 +51,7 @@ def _run(task: Task) -> Outcome:
 
     from uxsim_geo.demand.files import write_demand
     from uxsim_geo.network.files import write_network
+    from uxsim_geo.network.note_geometry import placed
     from uxsim_geo.network.notes import Notes
     from uxsim_geo.network.signal_table import write_signal_table
 
@@ -56,7 +59,8 @@ def _run(task: Task) -> Outcome:
     network, demand = read_sources(section, task.watch.drawn)
     notes = Notes()
     signals = signal_table(section, network, notes)
-    network = replace(network, notes=pd.concat([network.notes, notes.table()], ignore_index=True))
+    told = pd.concat([network.notes, notes.table()], ignore_index=True)
+    network = replace(network, notes=placed(told, network))
     task.begin_writing()
     paths = write_network(network, task.folder / NETWORK)
     paths += write_demand(demand, task.folder / DEMAND)
@@ -64,6 +68,7 @@ def _run(task: Task) -> Outcome:
     if signals is not None:
         write_signal_table(signals, task.folder / SIGNALS)
         paths.append(task.folder / SIGNALS)
+    paths.append(write_page(task.config, network, demand, task.folder / PAGE))
     names = [path.relative_to(task.folder.path).as_posix() for path in paths]
     told = pd.concat([network.notes, demand.notes])
     return Outcome(names, _words(network, demand), warnings=warnings_in(told))
@@ -73,7 +78,7 @@ STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare)
 
 
 def read_sources(section: IngestSection, progress: Telling | None = None) -> tuple[Network, Demand]:
-    """Read network and demand, corrected by the overrides.
+    """Read network and demand, corrected by the overrides; what looks doubtful is in the notes.
 
     ``progress`` is told what is being done and how far it has come, 0 to 1. Raises
     :class:`uxsim_geo.errors.InputError` with all that is wrong in the files; what needs the network
@@ -85,7 +90,7 @@ def read_sources(section: IngestSection, progress: Telling | None = None) -> tup
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.network.overrides import apply_overrides
 
-    network = NETWORKS[section.format](section, progress)
+    network = as_read = NETWORKS[section.format](section, progress)
     if section.steps is not None:
         from uxsim_geo.network.ready import make_ready
 
@@ -112,7 +117,7 @@ def read_sources(section: IngestSection, progress: Telling | None = None) -> tup
     if "class" in table:
         table["class"] = table["class"].fillna(DEFAULT)
     notes = pd.concat([demand.notes for demand in demands], ignore_index=True)
-    return network, Demand(table, notes)
+    return with_doubts(network, as_read), Demand(table, notes)
 
 
 def _tntp_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
@@ -219,7 +224,9 @@ def _other_demand(section: IngestSection, network: Network) -> list[Demand]:
 
 def _words(network: Network, demand: Demand) -> str:
     pairs = len(demand.table[["origin", "destination"]].drop_duplicates())
+    doubts = int((network.notes["severity"] == "doubt").sum())
     return (
         f"{len(network.nodes):,} nodes, {len(network.links):,} links, {pairs:,} OD pairs, "
         f"{number_in_words(demand.table['vehicles'].sum())} trips"
+        + (f"; {count(doubts, 'doubtful spot')}, see {PAGE}" if doubts else "")
     )

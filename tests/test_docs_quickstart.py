@@ -1,4 +1,4 @@
-"""The quick start does what it says: its two configurations, on an extract in place of the place."""
+"""The quick start does what it says: its two configurations, with an extract for the place."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from uxsim_geo.network.osm_defaults import read_defaults
 from uxsim_geo.network.osm_file import OsmFile, read_osm_file
 from uxsim_geo.network.osm_junctions import junctions_of
 from uxsim_geo.network.osm_links import direct, links_table, nodes_table
-from uxsim_geo.network.osm_notes import note_assumptions, note_file, note_ways
+from uxsim_geo.network.osm_notes import note_assumptions, note_file, note_missing_nodes, note_ways
 from uxsim_geo.network.osm_options import OsmOptions
 from uxsim_geo.network.osm_relations import places_of
 from uxsim_geo.network.osm_sections import cut_ways
@@ -38,10 +38,11 @@ def read_osm_network(
     have these columns beside the shared ones: direction (``forward`` or ``backward`` along the
     way's drawing), oneway, ref, junction, layer, bridge, tunnel, access, turn_lanes,
     free_speed_basis (the tag or class that the speed comes from), source_node_ids (all along the
-    link, with blanks between). Nodes have highway, barrier (tags), signal_node_ids (whose
-    signals control the junction). Movements have via_link_ids (null, or the links between, with
-    blanks), restriction (its kind, or ``barrier``), source_id (the relation, or the node of the
-    barrier).
+    link, with blanks between). Nodes have highway, barrier (tags), beyond (``other way``: a
+    path or another way that is no road here meets the node; ``noexit``: the tag), signal_node_ids
+    (whose signals control the junction). Movements have via_link_ids (null, or the links between,
+    with blanks), restriction (its kind, or ``barrier``), source_id (the relation, or the node of
+    the barrier).
 
     ``progress`` is called with a word and the share done. Raises
     :class:`uxsim_geo.errors.InputError` for a file or a table of defaults that cannot be used.
@@ -62,7 +63,8 @@ def read_osm_network(
     sections = cut_ways(file, np.union1d(places_of(file.restrictions), closed))
     links = direct(file, sections, ways)
     _check_links(path, len(links.ids))
-    note_file(file, sections, options, notes)
+    note_file(file, options, notes)
+    note_missing_nodes(file, sections, links, notes)
     note_ways(file, ways, links, notes)
     table = links_table(file, sections, ways, links, options.jam_density)
     note_assumptions(table, options, notes)
