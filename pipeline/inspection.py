@@ -168,12 +168,14 @@ def _rounded(number: float) -> str:
 
 
 def _zones(nodes: pd.DataFrame) -> str:
-    """How many zones there are, at how many nodes: one may have several nodes, and share them."""
+    """How many zones there are, at how many nodes, which may share them; nothing without zones."""
     import pandas as pd
 
     columns = [name for name in ("zone_id", "origin_of", "destination_of") if name in nodes]
     ids = pd.concat([nodes[name].dropna().astype(str).str.split().explode() for name in columns])
     ids = ids.dropna()
+    if ids.empty:
+        return ""
     return f"{ids.index.nunique():,} of them carry {ids.nunique():,} zones"
 
 
