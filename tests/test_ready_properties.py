@@ -109,6 +109,9 @@ def test_the_order_of_rows_does_not_matter(seed: int) -> None:
     other = make_ready(shuffled(city(7, seed), seed), options)
     for table, same in zip(in_order(one), in_order(other), strict=True):
         pd.testing.assert_frame_equal(table, same)
+    places = [net.notes[net.notes["element_id"].notna()] for net in (one, other)]
+    said = [set(map(tuple, notes.fillna("").to_numpy())) for notes in places]
+    assert said[0] == said[1]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
