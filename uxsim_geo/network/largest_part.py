@@ -11,7 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, Turns, ends_of, turns_of, without
+from uxsim_geo.network.incidence import (
+    Ends,
+    Flags,
+    Floats,
+    Rows,
+    Turns,
+    ends_of,
+    rank_of,
+    turns_of,
+    without,
+)
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import count, numbers
@@ -165,7 +175,8 @@ def _note_what_fell_out(
             note = f"{count(len(of_it), 'link')} that can be {reason}: left out; value: km"
             notes.add("fell out", note, element="link", severity="warning", value=km)
     _, piece = connected_components(graph[rows][:, rows], directed=False)
-    order = np.lexsort((-length[rows], piece))
+    rank = rank_of(network.links["link_id"])[rows]
+    order = np.lexsort((rank, -np.round(length[rows], 3), piece))
     first = np.flatnonzero(np.diff(piece[order], prepend=-1))
     size = np.diff(np.append(first, len(order)))
     lengths_km = np.bincount(piece, weights=length[rows]) / 1000.0
