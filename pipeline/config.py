@@ -18,6 +18,7 @@ from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
 from pipeline.ingest_config import IngestSection
 from pipeline.plot_config import PlotEntry
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.settings import Settings
 
 
@@ -139,7 +140,7 @@ class ReportSection(LocatedSection):
     trajectories: TrajectoriesSection = Field(
         TrajectoriesSection(), description="section: which ways of vehicles to write"
     )
-    driving_side: Literal["right", "left"] | None = Field(
+    driving_side: DrivingSide | None = Field(
         None,
         description="the side of the road on which maps show traffic; none: that of ingest.osm, "
         "else right",

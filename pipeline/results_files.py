@@ -6,12 +6,13 @@ import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pipeline.config import Config
     from pipeline.material import Material
     from uxsim_geo.export.run_description import RunDescription
+    from uxsim_geo.network.driving_side import DrivingSide
 
 FOLDER = "layers"
 Writers = dict[str, Callable[[Path], None]]
@@ -34,7 +35,7 @@ def flatgeobuf(material: Material) -> Writers:
     """A file for every layer that has geometry."""
     spatial = [
         name
-        for name in ("nodes", "links", "od_lines", "trajectories")
+        for name in ("nodes", "links", "od_lines", "trajectories", "import_notes")
         if name in material.layer_names and "geometry" in material.network.links.columns
     ]
     return {f"{FOLDER}/{name}.fgb": partial(_write_flatgeobuf, material, name) for name in spatial}
@@ -56,10 +57,10 @@ def describe(material: Material) -> RunDescription:
     )
 
 
-def driving_side(config: Config) -> Literal["right", "left"]:
+def driving_side(config: Config) -> DrivingSide:
     """The side of the road on which traffic is shown."""
     osm = config.ingest.osm
-    return config.report.driving_side or (osm.driving_side if osm is not None else "right")
+    return config.report.driving_side or (osm.side() if osm is not None else "right")
 
 
 def attribution(config: Config) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal
 
 import geopandas as gpd
 import numpy as np
@@ -18,7 +17,9 @@ from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.export.geopackage import write_geopackage
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.run_layers import Run, layers_of_run
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.note_geometry import placed
 from uxsim_geo.settings import Settings
 
 START = datetime(2024, 3, 1, 7, 0, tzinfo=UTC)
@@ -47,7 +48,8 @@ def two_way_road(crs: str | None, *, geometry: bool = True) -> Network:
     nodes = gpd.GeoDataFrame(plain.nodes, geometry=ends, crs=crs)
     lines = [LineString(ends), LineString(ends[::-1])]
     links = gpd.GeoDataFrame(plain.links, geometry=lines, crs=crs)
-    return Network(nodes, links, notes=notes)
+    network = Network(nodes, links)
+    return replace(network, notes=placed(notes, network))
 
 
 def run_of(network: Network) -> Run:
@@ -80,7 +82,7 @@ def write(
     path: Path,
     network: Network,
     start: datetime = START,
-    side: Literal["right", "left"] = "right",
+    side: DrivingSide = "right",
 ) -> None:
     description = replace(description_of(network, start), driving_side=side)
     write_geopackage(path, layers_of_run(run_of(network), description), description)

@@ -9,8 +9,10 @@ import shutil
 import sqlite3
 import subprocess
 from contextlib import closing
+from dataclasses import replace
 from datetime import timedelta, timezone
 from pathlib import Path
+from typing import get_args
 from xml.etree import ElementTree
 
 import geopandas as gpd
@@ -33,13 +35,15 @@ from uxsim_geo.export.layers import link_times_layer, links_layer
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.run_layers import Run, layers_of_run
 from uxsim_geo.network.diagram import diagram_capacity
+from uxsim_geo.network.note_geometry import placed
+from uxsim_geo.network.notes import Severity
 from uxsim_geo.settings import Settings
 
 # pyogrio leaves out the fourth coordinate of trajectories, and says so
 pytestmark = pytest.mark.filterwarnings("ignore:Measured")
 
-TABLES = {"link_times", "import_notes", "run_info"}
-MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories"}
+TABLES = {"link_times", "run_info"}
+MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories", "import_notes"}
 LAYERS = TABLES | MAPS
 
 
@@ -236,6 +240,7 @@ def test_layers_keep_their_type_where_nobody_drove(tmp_path: Path) -> None:
             ("link_states", "LINESTRING", 0, 0),
             ("od_lines", "LINESTRING", 0, 0),
             ("trajectories", "LINESTRING", 1, 1),
+            ("import_notes", "POINT", 0, 0),
         }
 
 
@@ -282,7 +287,15 @@ def test_no_time_stamp_tells_when_the_file_was_written(package: Path) -> None:
 
 def test_notes_and_run_information_are_text_as_given(package: Path) -> None:
     notes = pyogrio.read_dataframe(package, layer="import_notes")
-    assert notes.iloc[0].tolist() == ["link", "a'b", "length", "warning", 'it\'s "short"', "3.5"]
+    texts = notes.drop(columns="geometry").iloc[0].tolist()
+    assert texts == [
+        "link",
+        "a'b",
+        "length",
+        "warning",
+        'it\'s "short"',
+        "3.5",
+    ]
     information = pyogrio.read_dataframe(package, layer="run_info")
     assert dict(information.itertuples(index=False)) == {"seed": "7", "title": 'Nüßler\'s "run"'}
 
@@ -376,3 +389,25 @@ def test_gdal_lists_the_layers_and_its_validator_accepts_the_file(package: Path)
         [python, "-m", module, "-k", package], capture_output=True, text=True, check=False
     )
     assert verdict.returncode == 0, verdict.stdout + verdict.stderr
+
+
+@pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:25832", None])
+@pytest.mark.parametrize("element_id", ["a'b", "gone"])
+def test_notes_with_places_are_points_coloured_by_severity(
+    tmp_path: Path, crs: str | None, element_id: str
+) -> None:
+    network = two_way_road(crs)
+    bare = pd.DataFrame(network.notes.drop(columns="geometry")).assign(element_id=element_id)
+    path = tmp_path / "results.gpkg"
+    write(path, replace(network, notes=placed(bare, network)))
+    assert pyogrio.read_info(path, layer="import_notes")["geometry_type"] == "Point"
+    (shape,) = pyogrio.read_dataframe(path, layer="import_notes").geometry
+    if element_id == "gone":
+        assert shape is None
+    else:
+        assert (shape.x, shape.y) == pytest.approx((8.005, 49.0))
+    (style,) = rows(path, "SELECT styleQML FROM layer_styles WHERE f_table_name = 'import_notes'")
+    root = ElementTree.fromstring(str(style[0]))
+    told = {one.get("value"): one.get("symbol") for one in root.iter("category")}
+    assert set(told) == set(get_args(Severity))
+    assert set(told.values()) == {one.get("name") for one in root.iter("symbol")}

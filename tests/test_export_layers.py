@@ -198,7 +198,7 @@ def test_geoparquet_keeps_all_layers_with_their_four_coordinates(
 def test_flatgeobuf_keeps_layers_of_the_map(tmp_path: Path) -> None:
     network = two_way_road("EPSG:25832")
     layers = layers_of_run(run_of(network), description_of(network))
-    for name in ("nodes", "links", "od_lines", "trajectories"):
+    for name in ("nodes", "links", "od_lines", "import_notes", "trajectories"):
         path = tmp_path / f"{name}.fgb"
         write_flatgeobuf(path, name, layers[name])
         back = pyogrio.read_dataframe(path)

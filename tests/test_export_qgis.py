@@ -7,7 +7,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,14 +15,15 @@ from matplotlib.image import imread
 from packaged_road import NAMES, two_way_road, write
 
 from uxsim_geo.export.columns import LAYERS, titled
+from uxsim_geo.network.driving_side import DrivingSide
 
 LOOK = Path(__file__).with_name("qgis_look.py")
-SIDES: dict[str, tuple[str | None, Literal["right", "left"]]] = {
+SIDES: dict[str, tuple[str | None, DrivingSide]] = {
     "degrees": ("EPSG:4326", "right"),
     "metres": ("EPSG:25832", "left"),
     "no CRS": (None, "right"),
 }
-MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories"}
+MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories", "import_notes"}
 
 
 @pytest.fixture(scope="module")

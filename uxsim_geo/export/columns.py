@@ -306,12 +306,20 @@ TRAJECTORIES = Layer(
 
 IMPORT_NOTES = Layer(
     "Import notes",
-    "A table: what was assumed or repaired on import.",
+    "Points: what was assumed or repaired on import, and what looks doubtful. A note stands at its "
+    "node or at the middle of its link, also where a later step joined or dropped that; notes "
+    "about many elements, and about demand, have no geometry. `import_notes.html` of the run "
+    "shows the same on a page.",
     (
         Column("element", "element", "text", "what it is about: `link`, `node`, ..."),
         Column("element_id", "id", "text", "which of them", "where it is about many"),
         Column("topic", "topic", "text", "a short word"),
-        Column("severity", "severity", "text", "`info` or `warning`"),
+        Column(
+            "severity",
+            "severity",
+            "text",
+            "`info`, `warning`, or `doubt` of what looks wrong and was not changed",
+        ),
         Column("note", "note", "text", "a sentence"),
         Column("value", "value", "text", "the figure in question", "where there is none"),
     ),

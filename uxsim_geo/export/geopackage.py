@@ -32,8 +32,8 @@ from uxsim_geo.files import replace_when_complete
 
 UNDEFINED_CARTESIAN = "-1"  # GeoPackage's srs_id for plane coordinates of an unknown system
 
-#: layers that are of this type also where nobody drove and they are empty
-LINES = {"od_lines": "LineString", "trajectories": "LineString Z"}
+#: types of layers that may be without any geometry: nobody drove, no note has a place
+TYPES = {"od_lines": "LineString", "trajectories": "LineString Z", "import_notes": "Point"}
 
 
 def write_geopackage(
@@ -102,7 +102,7 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame) -> None:
             driver="GPKG",
             append=path.exists(),
             use_arrow=True,
-            geometry_type=LINES.get(name) if spatial else None,
+            geometry_type=TYPES.get(name) if spatial else None,
             dataset_options={"VERSION": "1.3"},
             layer_options=options,
         )

@@ -16,7 +16,7 @@ from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.styles import NamedStyle
 
 #: from the top of the map down
-ON_MAP = ("nodes", "trajectories", "od_lines", "link_states", "links")
+ON_MAP = ("import_notes", "nodes", "trajectories", "od_lines", "link_states", "links")
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Project:
         of the map; None: undefined
     layer_crs
         of the layers, which may be degrees; the map is in metres
+    on_map
+        names of the layers that have geometry, from the top of the map down
     """
 
     file: str
@@ -42,6 +44,7 @@ class Project:
     extent: tuple[float, float, float, float]
     crs: Any
     layer_crs: Any
+    on_map: tuple[str, ...]
 
     @classmethod
     def of(
@@ -59,15 +62,15 @@ class Project:
             crs = links.estimate_utm_crs()  # type: ignore[operator]
             links = links.to_crs(crs)  # type: ignore[operator]
         extent = extent_of_traffic(links)
-        return cls(file, styles, description, Findings.of(layers), extent, crs, own)
+        there = {name for name, layer in layers.items() if "geometry" in layer.columns}
+        there |= {"link_states"} & set(styles)
+        on_map = tuple(name for name in ON_MAP if name in there)
+        return cls(file, styles, description, Findings.of(layers), extent, crs, own, on_map)
 
     @property
     def names(self) -> list[str]:
         """Of all layers, those on the map first."""
-        return [
-            *(n for n in ON_MAP if n in self.styles),
-            *(n for n in self.styles if n not in ON_MAP),
-        ]
+        return [*self.on_map, *(name for name in self.styles if name not in self.on_map)]
 
     def source(self, layer: str) -> str:
         """Where QGIS finds a layer, beside the project."""

@@ -32,6 +32,7 @@ THEMES = {
 }
 
 WKB_TYPES = {
+    "import_notes": "Point",
     "nodes": "Point",
     "links": "LineString",
     "link_states": "LineString",
@@ -92,11 +93,10 @@ def _add_tree(root: Element, project: Project) -> None:
 def _add_layer(layers: Element, name: str, project: Project) -> None:
     """A layer with its styles: the current one beside its source, the others below."""
     current, *others = project.styles[name]
-    spatial = name in WKB_TYPES
-    attributes = {"type": "vector", "geometry": "Line" if spatial else "No geometry"}
-    if name == "nodes":
-        attributes["geometry"] = "Point"
-    attributes["wkbType"] = WKB_TYPES.get(name, "NoGeometry")
+    spatial = name in project.on_map
+    type_ = WKB_TYPES[name] if spatial else "NoGeometry"
+    kinds = {"Point": "Point", "NoGeometry": "No geometry"}
+    attributes = {"type": "vector", "geometry": kinds.get(type_, "Line"), "wkbType": type_}
     layer = SubElement(layers, "maplayer", attributes | current.root.attrib)
     SubElement(layer, "id").text = id_of(name)
     SubElement(layer, "datasource").text = project.source(name)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any, Literal
+from typing import Any
 
 import pandas as pd
+
+from uxsim_geo.network.driving_side import DrivingSide
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class RunDescription:
     notes: pd.DataFrame
     information: Mapping[str, object]
     name: str = ""
-    driving_side: Literal["right", "left"] = "right"
+    driving_side: DrivingSide = "right"
     attribution: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
 

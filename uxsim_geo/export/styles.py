@@ -40,6 +40,13 @@ DELAY_NOW = '"instantaneous_travel_time_s" - 3.6 * "length_m" / "free_speed_kmh"
 #: from none to the worst, as different in lightness as the classes of speed
 STEPS = tuple(speed.colour for speed in reversed(SPEED_CLASSES))
 
+#: severities of notes with their colour and size in mm
+NOTES = (
+    ("doubt", "doubt", "#e0592a", 3.2),
+    ("warning", "warning", "#f2b84b", 2.6),
+    ("info", "info", "#84bcd8", 1.6),
+)
+
 #: lines are named where the map is so large, 1 : this
 NAMES_FROM = 12_000
 NODES_FROM = 25_000
@@ -100,6 +107,8 @@ def styles_of(
     found["links"] = list(_of_links(width, side))
     if "link_times" in layers:
         found["link_states"] = list(_of_states(width_of(SHARE_OF_ROAD), side))
+    if "geometry" in layers.get("import_notes", ()):
+        found["import_notes"] = [_notes()]
     if "od_lines" in layers:
         share = share_of_largest("departed_veh", layers["od_lines"]["departed_veh"])
         found["od_lines"] = [_desire_lines(width_of(share, 4.0), side)]
@@ -177,6 +186,14 @@ def _nodes(*, few: bool) -> NamedStyle:
     else:
         qml.hide_beyond(root, NODES_FROM)
     return NamedStyle("control", "signals and other nodes", root)
+
+
+def _notes() -> NamedStyle:
+    """Dots by severity: doubts large, warnings smaller, everything else small."""
+    root = _with_titles("import_notes")
+    qml.add_dots(root, "severity", NOTES)
+    qml.add_tip(root, f"[% {_as_text('note')} %]")
+    return NamedStyle("severity", "doubts, warnings and everything else", root)
 
 
 def _plain_style(layer: str) -> NamedStyle:
