@@ -113,7 +113,7 @@ def test_the_slider_shows_exactly_the_links_of_one_bin(seen: dict[str, Any]) -> 
 
 
 def test_every_theme_is_drawn(seen: dict[str, Any]) -> None:
-    assert len(seen["themes"]) == 10
+    assert len(seen["themes"]) == 11
     for theme, told in seen["themes"].items():
         assert told["errors"] == [], theme
         assert told["colours"] >= 2, theme

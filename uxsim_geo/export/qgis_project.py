@@ -29,6 +29,7 @@ THEMES = {
     "whole run: volume": {"links": "volume", "nodes": "control"},
     "desire lines": {"od_lines": "delay"},
     "trajectories": {"trajectories": "time lost"},
+    "import notes": {"import_notes": "severity", "links": "speed"},
 }
 
 WKB_TYPES = {
@@ -114,7 +115,7 @@ def _add_layer(layers: Element, name: str, project: Project) -> None:
 
 def _add_themes(presets: Element, project: Project) -> None:
     for theme, shown in THEMES.items():
-        if not set(shown) <= set(project.styles):
+        if not set(shown) <= set(project.on_map):
             continue
         preset = SubElement(presets, "visibility-preset", {"name": theme})
         for layer, style in shown.items():
