@@ -29,7 +29,7 @@ def _in_utc(instant: datetime) -> datetime:
 
 
 #: what a report can hold; ``pipeline.report`` has one function for each
-Output = Literal["geopackage", "space_time"]
+Output = Literal["geopackage", "space_time", "page"]
 
 
 Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]

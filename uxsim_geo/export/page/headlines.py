@@ -1,0 +1,79 @@
+"""What the page says in words: how bad it was, when, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import Any
+
+import numpy as np
+
+from uxsim_geo.export.page.over_time import OverTime
+from uxsim_geo.export.page.worst_places import WorstPlace
+from uxsim_geo.network.units import KMH, TIMES
+
+#: less of the time than this lost, and nobody would speak of congestion
+LITTLE = 0.02
+
+
+def headlines(
+    figures: Mapping[str, Any],
+    network: OverTime,
+    places: Sequence[WorstPlace],
+    start: datetime,
+) -> list[str]:
+    """Sentences from the figures of the run (:func:`uxsim_geo.analysis.summary.summary`)."""
+    return [
+        *_vehicles(figures),
+        *_severity(figures),
+        *_worst_moment(network, start),
+        *_where(places),
+    ]
+
+
+def clock(start: datetime, seconds: float) -> str:
+    """What the clock shows so many seconds after the start."""
+    moment = start + timedelta(seconds=float(seconds))
+    return f"{moment:%H:%M:%S}" if moment.second else f"{moment:%H:%M}"
+
+
+def _vehicles(figures: Mapping[str, Any]) -> Iterator[str]:
+    departed, completed = figures["vehicles_departed"], figures["vehicles_completed"]
+    left = figures["vehicles_running"] + figures["vehicles_waiting"]
+    text = f"{departed:,.0f} vehicles departed and {completed:,.0f} arrived"
+    if left:
+        text += f"; {left:,.0f} were still on the road or waiting to enter it at the end"
+    yield text + "."
+    if figures["gridlocked"]:
+        yield "The network is gridlocked: vehicles wait for one another in a circle."
+
+
+def _severity(figures: Mapping[str, Any]) -> Iterator[str]:
+    total, delay = figures["total_travel_time_veh_s"], figures["total_delay_veh_s"]
+    if not total:
+        return
+    speed = figures["average_speed_m_s"]
+    text = f"{100 * delay / total:.0f} % of all travel time was delay"
+    text += f" ({delay / TIMES['h']:,.0f} vehicle-hours)"
+    yield text + (f"; the mean speed was {speed * KMH:.0f} km/h." if speed is not None else ".")
+
+
+def _worst_moment(network: OverTime, start: datetime) -> Iterator[str]:
+    lost = network.accumulation * (1.0 - np.nan_to_num(network.speed_ratio, nan=1.0))
+    worst = int(lost.argmax())
+    ratio = network.speed_ratio[worst]
+    if not lost[worst] or ratio > 1.0 - LITTLE:
+        yield "Traffic flowed freely throughout."
+        return
+    begin, end = (clock(start, network.edges[worst + step]) for step in (0, 1))
+    yield (
+        f"It was worst from {begin} to {end}: {network.accumulation[worst]:,.0f} vehicles on the "
+        f"road at {network.speed[worst]:.0f} km/h, {100 * ratio:.0f} % of their free speed, and "
+        f"{network.queue[worst]:,.0f} of them queued."
+    )
+
+
+def _where(places: Sequence[WorstPlace]) -> Iterator[str]:
+    told = [f"{place.name} ({100 * place.share:.0f} % of all delay)" for place in places[:3]]
+    if told:
+        yield "Most time was lost on " + "; ".join(told) + "."

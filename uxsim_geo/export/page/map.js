@@ -1,0 +1,289 @@
+"use strict";
+// The map: grey roads, and beside each the traffic of its direction, by MapLibre GL JS.
+//
+// A step in time tells the library the new colour and width of those links only that changed
+// (feature state); nothing is laid out anew.
+
+const TILES = "https://tile.openstreetmap.org/{z}/{x}/{y}.png";
+const WIDTHS = 8;  // kinds of width that are told apart
+const PALETTE = 10;  // numbers kept for the classes of a palette
+
+class RoadMap {
+  /** calls: {hover(link, point), choose(link), zone(number)} */
+  constructor(run, container, calls) {
+    this.run = run;
+    this.calls = calls;
+    this.isDark = window.matchMedia("(prefers-color-scheme: dark)").matches;
+    this.class = new Int8Array(run.lines.length).fill(-1);
+    this.width = new Int8Array(run.lines.length);
+    this.bounds = RoadMap.boundsOf(run.lines);
+    this.map = new maplibregl.Map({
+      container,
+      style: { version: 8, sources: {}, layers: [] },
+      bounds: this.bounds,
+      fitBoundsOptions: { padding: 34 },
+      attributionControl: false,
+      renderWorldCopies: false,
+      dragRotate: false,
+      pitchWithRotate: false,
+      fadeDuration: 0,
+      maxZoom: 20,
+    });
+    this.map.touchZoomRotate.disableRotation();
+    this.map.keyboard.disableRotation();
+    this.map.addControl(new maplibregl.NavigationControl({ showCompass: false }), "top-left");
+    if (run.content.map.on_earth) {
+      this.map.addControl(new maplibregl.ScaleControl({ maxWidth: 120 }), "bottom-left");
+    }
+    this.ready = new Promise((resolve) => this.map.once("load", () => {
+      this.addLayers();
+      this.listen();
+      this.map.once("idle", resolve);
+    }));
+  }
+
+  static boundsOf(lines) {
+    const box = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const line of lines) {
+      for (const [x, y] of line) {
+        box[0] = Math.min(box[0], x);
+        box[1] = Math.min(box[1], y);
+        box[2] = Math.max(box[2], x);
+        box[3] = Math.max(box[3], y);
+      }
+    }
+    return [[box[0], box[1]], [box[2], box[3]]];
+  }
+
+  colour(name) {
+    return getComputedStyle(document.documentElement).getPropertyValue(`--map-${name}`).trim();
+  }
+
+  /** Widths at the zoom that shows the whole: wide where few links have much room. */
+  chooseWidths() {
+    const { lines } = this.run;
+    const sample = Math.max(1, Math.floor(lines.length / 500));
+    const lengths = [];
+    for (let link = 0; link < lines.length; link += sample) {
+      const [from, to] = [lines[link][0], lines[link][lines[link].length - 1]];
+      const [a, b] = [this.map.project(from), this.map.project(to)];
+      lengths.push(Math.hypot(a.x - b.x, a.y - b.y));
+    }
+    const usual = lengths.sort((a, b) => a - b)[Math.floor(lengths.length / 2)];
+    this.narrow = Math.min(Math.max(usual / 60, 0.6), 1.6);
+    this.wide = Math.min(Math.max(usual / 7, 3.6), 11);
+    this.gap = Math.min(Math.max(usual / 100, 0.3), 1.2);
+    this.zoom = this.map.getZoom();
+  }
+
+  /** An expression that grows with the zoom, from what it is when all is shown. */
+  grown(value) {
+    return ["interpolate", ["exponential", 1.5], ["zoom"],
+      this.zoom, value, this.zoom + 6, ["*", 4.5, value]];
+  }
+
+  addLayers() {
+    this.chooseWidths();
+    const { lines, links, content } = this.run;
+    const side = content.map.left ? -1 : 1;
+    const minor = new Set(links.order.slice(0, links.minor));
+    const features = links.order.map((link) => ({
+      type: "Feature", id: link, properties: { minor: minor.has(link) ? 1 : 0 },
+      geometry: { type: "LineString", coordinates: lines[link] },
+    }));
+    const none = { type: "FeatureCollection", features: [] };
+    this.map.addSource("links", {
+      type: "geojson", data: { type: "FeatureCollection", features }, tolerance: 0.3, buffer: 64,
+    });
+    for (const name of ["chosen", "arcs", "zones"]) this.map.addSource(name, { type: "geojson", data: none });
+    const width = ["coalesce", ["feature-state", "width"], 0];
+    const traffic = {
+      "line-color": this.colours(),
+      "line-width": this.grown(width),
+      "line-offset": this.grown(["*", side, ["+", this.gap, ["/", width, 2]]]),
+    };
+    const chosen = {
+      "line-color": this.colour("ink"),
+      "line-width": this.grown(this.wide + 3.5),
+      "line-offset": this.grown(side * (this.gap + this.wide / 2)),
+    };
+    this.map.addLayer({ id: "ground", type: "background", paint: { "background-color": this.colour("ground") } });
+    const kinds = links.minor ? ["minor", "major"] : ["major"];
+    const add = (id, source, paint, kind) => this.map.addLayer({
+      id: `${id}-${kind}`, type: "line", source, paint, layout: { "line-cap": "butt", "line-join": "round" },
+      ...(links.minor ? { filter: ["==", ["get", "minor"], kind === "minor" ? 1 : 0] } : {}),
+      ...(kind === "minor" ? { minzoom: this.zoom + 1.5 } : {}),
+    });
+    const roads = { "line-color": this.colour("roads"), "line-width": this.grown(this.narrow) };
+    for (const kind of kinds) add("roads", "links", roads, kind);
+    this.map.addLayer({ id: "chosen", type: "line", source: "chosen", paint: chosen, layout: { "line-cap": "round", "line-join": "round" } });
+    for (const kind of kinds) add("traffic", "links", traffic, kind);
+    this.picked = kinds.map((kind) => `traffic-${kind}`);
+    this.addTripLayers();
+    this.markPlaces();
+  }
+
+  addTripLayers() {
+    this.map.addLayer({ id: "arcs", type: "line", source: "arcs", layout: { "line-cap": "round" }, paint: {
+      "line-color": this.colour("ink"), "line-opacity": 0.75, "line-width": ["get", "width"] } });
+    this.map.addLayer({ id: "zones", type: "circle", source: "zones", paint: {
+      "circle-radius": ["get", "radius"], "circle-color": this.colour("ink"), "circle-opacity": 0.35,
+      "circle-stroke-color": this.colour("ground"), "circle-stroke-width": 1 } });
+  }
+
+  /** Numbers at the worst places, and names of nodes where there are few. */
+  markPlaces() {
+    const { lines, content, links } = this.run;
+    content.worst.slice(0, 5).forEach((place, number) => {
+      const line = lines[place.link];
+      const mark = element("div", { class: "place-mark" }, String(number + 1));
+      mark.title = this.run.name(place.link);
+      mark.addEventListener("click", (event) => {
+        event.stopPropagation();
+        this.calls.worst(number);
+      });
+      new maplibregl.Marker({ element: mark }).setLngLat(RoadMap.middle(line)).addTo(this.map);
+    });
+    if (links.nodes.length > 60) return;
+    const seen = new Set();
+    lines.forEach((line, link) => {
+      for (const [node, place] of [[links.from[link], line[0]], [links.to[link], line[line.length - 1]]]) {
+        if (seen.has(node)) continue;
+        seen.add(node);
+        const mark = element("div", { class: "node-mark" }, links.nodes[node]);
+        new maplibregl.Marker({ element: mark }).setLngLat(place).addTo(this.map);
+      }
+    });
+  }
+
+  /** The place half way along a line. */
+  static middle(line) {
+    const lengths = line.slice(1).map(([x, y], i) => Math.hypot(x - line[i][0], y - line[i][1]));
+    let rest = lengths.reduce((sum, length) => sum + length, 0) / 2;
+    for (let i = 0; i < lengths.length; i++) {
+      if (rest <= lengths[i] && lengths[i] > 0) {
+        const share = rest / lengths[i];
+        return line[i].map((value, axis) => value + share * (line[i + 1][axis] - value));
+      }
+      rest -= lengths[i];
+    }
+    return line[0];
+  }
+
+  /** All palettes at once, so that neither another quantity nor another ground lays out anew. */
+  colours() {
+    const cases = [];
+    this.run.content.quantities.forEach((quantity, number) => {
+      quantity.colours.forEach((colour, index) => cases.push(2 * PALETTE * number + index, colour));
+      quantity.colours_on_dark.forEach((colour, index) => cases.push(2 * PALETTE * number + PALETTE + index, colour));
+    });
+    return ["match", ["coalesce", ["feature-state", "colour"], -1], ...cases, "#888888"];
+  }
+
+  /** Show a quantity in a time step. */
+  show(number, bin) {
+    const { run } = this;
+    const quantity = run.content.quantities[number];
+    const palette = 2 * PALETTE * number + (this.isDark ? PALETTE : 0);
+    for (let link = 0; link < this.class.length; link++) {
+      const value = run.value(quantity.key, link, bin);
+      let index = -1, width = 0;
+      if (value !== null) {
+        index = 0;
+        while (index < quantity.breaks.length && value >= quantity.breaks[index]) index += 1;
+        index += palette;
+        width = 1 + Math.round((WIDTHS - 1) * run.shareOfRoad(link, bin));
+      }
+      if (index === this.class[link] && width === this.width[link]) continue;
+      this.class[link] = index;
+      this.width[link] = width;
+      const px = width ? 1 + this.narrow + ((this.wide - this.narrow - 1) * (width - 1)) / (WIDTHS - 1) : 0;
+      this.map.setFeatureState({ source: "links", id: link }, { colour: index, width: px });
+    }
+  }
+
+  listen() {
+    let point = null;
+    this.map.on("mousemove", (event) => {
+      if (point === null) requestAnimationFrame(() => {
+        this.calls.hover(this.linkAt(point), point);
+        point = null;
+      });
+      point = event.point;
+    });
+    this.map.on("mouseout", () => this.calls.hover(null, null));
+    this.map.on("click", (event) => {
+      const [zone] = this.map.queryRenderedFeatures(event.point, { layers: ["zones"] });
+      if (zone) this.calls.zone(zone.properties.zone);
+      else this.calls.choose(this.linkAt(event.point));
+    });
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => {
+      this.takeGround(event.matches);
+      this.calls.redraw();
+    });
+  }
+
+  /** Colours of everything but the traffic, which show() sets. */
+  takeGround(isDark) {
+    this.isDark = isDark;
+    this.map.setPaintProperty("ground", "background-color", this.colour("ground"));
+    for (const layer of this.map.getStyle().layers.filter(({ id }) => id.startsWith("roads"))) {
+      this.map.setPaintProperty(layer.id, "line-color", this.colour("roads"));
+    }
+    for (const [layer, property] of [["chosen", "line-color"], ["arcs", "line-color"], ["zones", "circle-color"]]) {
+      this.map.setPaintProperty(layer, property, this.colour("ink"));
+    }
+  }
+
+  /** The link at a place on the screen, or near it; null for none. */
+  linkAt(point) {
+    if (!point) return null;
+    for (const reach of [1, 4, 9]) {
+      const box = [[point.x - reach, point.y - reach], [point.x + reach, point.y + reach]];
+      const [found] = this.map.queryRenderedFeatures(box, { layers: this.picked });
+      if (found) return found.id;
+    }
+    return null;
+  }
+
+  /** Outline some links. */
+  outline(links) {
+    this.map.getSource("chosen").setData({
+      type: "FeatureCollection",
+      features: links.map((link) => ({
+        type: "Feature", properties: {}, geometry: { type: "LineString", coordinates: this.run.lines[link] },
+      })),
+    });
+  }
+
+  goTo(links) {
+    const bounds = RoadMap.boundsOf(links.map((link) => this.run.lines[link]));
+    this.map.fitBounds(bounds, { padding: 90, maxZoom: this.zoom + 4, animate: false });
+  }
+
+  /** Zones and arcs as GeoJSON; an empty list takes them away. The links step back meanwhile. */
+  showTrips(zones, arcs) {
+    const collection = (features) => ({ type: "FeatureCollection", features });
+    this.map.getSource("zones").setData(collection(zones));
+    this.map.getSource("arcs").setData(collection(arcs));
+  }
+
+  /** Tiles from the network of networks, for those who ask for them. */
+  showTiles(wanted) {
+    if (!wanted) {
+      this.map.removeLayer("tiles");
+      this.map.removeSource("tiles");
+      return;
+    }
+    this.map.addSource("tiles", { type: "raster", tiles: [TILES], tileSize: 256, maxzoom: 19 });
+    const [, above] = this.map.getStyle().layers;
+    this.map.addLayer({ id: "tiles", type: "raster", source: "tiles", paint: {
+      "raster-saturation": -0.8, "raster-opacity": 0.7 } }, above.id);
+  }
+
+  /** The map as it is now, as the address of a picture. */
+  picture() {
+    this.map.redraw();
+    return this.map.getCanvas().toDataURL("image/png");
+  }
+}

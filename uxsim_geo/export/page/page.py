@@ -1,0 +1,197 @@
+"""``report.html``: the whole run in one file, which any browser shows without a network.
+
+Map with a time slider, links by several quantities, curves, streets with most delay, trips between
+zones, notes of the import. Its numbers lie packed in the file (:mod:`.packing`), MapLibre GL JS
+draws the map, and its own scripts are the files beside this module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from uxsim_geo.analysis.od import od_table
+from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.summary import summary
+from uxsim_geo.export.page.document import Tables, document, link_columns
+from uxsim_geo.export.page.headlines import clock, headlines
+from uxsim_geo.export.page.levels import first_of_merged, levels
+from uxsim_geo.export.page.libraries import maplibre
+from uxsim_geo.export.page.over_time import over_time
+from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_rows
+from uxsim_geo.export.page.places import Places
+from uxsim_geo.export.page.worst_places import worst_places
+from uxsim_geo.export.page.zones import zones
+from uxsim_geo.files import replace_when_complete
+from uxsim_geo.network.network import Network
+from uxsim_geo.result import Result
+
+TEMPLATE = "report.html.jinja"
+STYLE = "report.css"
+
+#: in the order in which they build on one another
+SCRIPTS = ("data.js", "charts.js", "map.js", "details.js", "trips.js", "report.js")
+
+#: rows of the table of notes; the rest are in the GeoPackage
+MOST_NOTES = 200
+
+
+@dataclass(frozen=True)
+class Run:
+    """A simulated run; ``states`` of all links come from :func:`..link_states.link_times`."""
+
+    network: Network
+    result: Result
+    states: pd.DataFrame
+
+
+@dataclass(frozen=True)
+class About:
+    """What the page says beside the traffic.
+
+    start
+        what the clock shows at 0 s, with its time zone
+    facts
+        names and values: configuration, versions, seed
+    notes
+        of the import (:data:`uxsim_geo.network.network.NOTE_COLUMNS`); None: those of the network
+    attribution
+        whom the map's data come from, where that must be said
+    drives_left
+        links are drawn on the left of their direction of travel
+    """
+
+    title: str
+    start: datetime
+    facts: Mapping[str, object] = field(default_factory=dict)
+    notes: pd.DataFrame | None = None
+    attribution: str = ""
+    drives_left: bool = False
+
+
+def write_page(path: Path, run: Run, about: About) -> None:
+    """Write the page; it takes its name when it is complete. Errors as of :func:`page`."""
+    text = page(run, about)
+    with replace_when_complete(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def page(run: Run, about: About) -> str:
+    """The page's text; the same run gives the same text.
+
+    Raises :class:`uxsim_geo.errors.InputError` unless the states are those of all links in all
+    bins, and RuntimeError where MapLibre GL JS is not installed.
+    """
+    library = maplibre()
+    grid = StateGrid.of_all(run.states, run.network)
+    first = first_of_merged(grid)
+    places = Places.of(run.network)
+    od = od_table(run.result, run.network)
+    tables = Tables(
+        levels(grid, run.network, first),
+        over_time(grid, run.result, first),
+        worst_places(grid, run.network, first),
+        zones(run.network, places.points, od, on_earth=places.on_earth),
+    )
+    volume = grid.values("entries").sum(axis=1)
+    links = link_columns(run.network, run.result.settings.reaction_time, volume)
+    content = document(tables, links, about.start)
+    content["map"] = {"on_earth": places.on_earth, "left": about.drives_left}
+    counts, deltas = packed_lines(places.lines)
+    notes = run.network.notes if about.notes is None else about.notes
+    return _rendered(
+        about=about,
+        library=library,
+        headlines=headlines(
+            summary(run.result, run.network), tables.network, tables.places, about.start
+        ),
+        worst=_worst_rows(tables, about.start),
+        merged=len(first) < len(grid.begin),
+        bin_min=float(np.diff(tables.network.edges).max() / 60.0),
+        notes=_note_rows(notes),
+        blobs={
+            "document": packed_json(content),
+            "points": counts,
+            "places": deltas,
+            "density": packed_rows(tables.levels.density),
+            "speed": packed_rows(tables.levels.speed),
+            "queue": packed_rows(tables.levels.queue),
+        },
+    )
+
+
+def _rendered(**values: Any) -> str:
+    """The template with everything in it; what is not marked as safe is escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    library = values.pop("library")
+    folder = files("uxsim_geo.export.page")
+    own = {name: (folder / name).read_text(encoding="utf-8") for name in (STYLE, *SCRIPTS)}
+    environment = Environment(
+        loader=PackageLoader("uxsim_geo.export.page", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    # code of ours and of the library, never a word of the run
+    return environment.get_template(TEMPLATE).render(
+        styles=[Markup(library.style), Markup(own[STYLE])],
+        scripts=[Markup(library.script), *(Markup(own[name]) for name in SCRIPTS)],
+        **values,
+    )
+
+
+def _worst_rows(tables: Tables, start: datetime) -> list[dict[str, str]]:
+    edges = tables.network.edges
+    return [
+        {
+            "name": place.name,
+            "links": f"{place.links:,}",
+            "delay": f"{place.delay_veh_h:,.1f}",
+            "share": f"{100 * place.share:.1f} %",
+            "when": f"{clock(start, edges[place.bin])}–{clock(start, edges[place.bin + 1])}",
+            "speed": f"{place.speed_kmh:.0f} km/h",
+            "ratio": f"{100 * place.speed_ratio:.0f} %",
+            "queue": f"{place.queue_m:,.0f} m",
+        }
+        for place in tables.places
+    ]
+
+
+def _note_rows(notes: pd.DataFrame) -> dict[str, Any]:
+    """Notes by severity and topic: how many, and what is said of the first few; warnings first."""
+    table = notes.fillna("").astype(str)
+    table = table.assign(order=(table["severity"] != "warning").astype(int))
+    groups = table.groupby(["order", "severity", "topic"], sort=False)
+    topics = [
+        {
+            "severity": severity,
+            "topic": topic,
+            "count": f"{len(rows):,}",
+            "first": _in_words(rows.iloc[0]),
+        }
+        for (_, severity, topic), rows in sorted(groups, key=lambda group: group[0][0])
+    ]
+    rows = table.sort_values("order", kind="stable").head(MOST_NOTES)
+    columns = ["severity", "topic", "element", "element_id", "note", "value"]
+    return {
+        "topics": topics,
+        "rows": rows[columns].to_dict("records"),
+        "count": len(table),
+    }
+
+
+def _in_words(row: pd.Series) -> str:
+    where = f"{row['element']} {row['element_id']}: " if row["element_id"] else ""
+    value = f" ({row['value']})" if row["value"] else ""
+    return f"{where}{row['note']}{value}"
