@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.analysis.types import Floats
+from uxsim_geo.export.page.bottlenecks import Bottlenecks
 from uxsim_geo.export.page.levels import Levels
 from uxsim_geo.export.page.over_time import OverTime
 from uxsim_geo.export.page.quantities import quantities
@@ -28,11 +30,17 @@ class Tables(NamedTuple):
     levels: Levels
     network: OverTime
     places: list[WorstPlace]
+    bottlenecks: Bottlenecks
     zones: Zones
 
 
-def document(tables: Tables, links: dict[str, Any], start: datetime) -> dict[str, Any]:
-    """Everything that is no array of links × bins: JSON's types alone."""
+def document(
+    tables: Tables, links: dict[str, Any], points: Floats, start: datetime
+) -> dict[str, Any]:
+    """Everything that is no array of links × bins: JSON's types alone.
+
+    ``points`` are the places of the nodes, degrees.
+    """
     levels = tables.levels
     return {
         "start_ms": round(start.timestamp() * 1000),
@@ -47,6 +55,7 @@ def document(tables: Tables, links: dict[str, Any], start: datetime) -> dict[str
             name: plain(values, 3) for name, values in tables.network._asdict().items()
         },
         "zones": _zones(tables.zones),
+        "bottlenecks": _bottlenecks(tables.bottlenecks, points),
         "worst": [{"link": place.link, "bin": place.bin} for place in tables.places],
     }
 
@@ -94,6 +103,14 @@ def plain(values: npt.ArrayLike, digits: int) -> list[float | int | None]:
         None if not np.isfinite(value) else int(value) if value == int(value) else value
         for value in rounded.tolist()
     ]
+
+
+def _bottlenecks(bottlenecks: Bottlenecks, points: Floats) -> dict[str, Any]:
+    return {
+        "points": [plain(point, 6) for point in points[bottlenecks.nodes]],
+        "links": bottlenecks.links.tolist(),
+        "largest_min": bottlenecks.largest / TIMES["min"],
+    }
 
 
 def _zones(zones: Zones) -> dict[str, Any]:

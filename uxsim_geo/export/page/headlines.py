@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.page.over_time import OverTime
 from uxsim_geo.export.page.worst_places import WorstPlace
 from uxsim_geo.network.units import KMH, TIMES
@@ -25,7 +26,7 @@ def headlines(
     """Sentences from the figures of the run (:func:`uxsim_geo.analysis.summary.summary`)."""
     return [
         *_vehicles(figures),
-        *_severity(figures),
+        *_severity(figures, network),
         *_worst_moment(network, start),
         *_where(places),
     ]
@@ -48,18 +49,28 @@ def _vehicles(figures: Mapping[str, Any]) -> Iterator[str]:
         yield "The network is gridlocked: vehicles wait for one another in a circle."
 
 
-def _severity(figures: Mapping[str, Any]) -> Iterator[str]:
+def _severity(figures: Mapping[str, Any], network: OverTime) -> Iterator[str]:
     total, delay = figures["total_travel_time_veh_s"], figures["total_delay_veh_s"]
     if not total:
         return
+    lost = float(np.nansum(network.accumulation * np.diff(network.edges) * _share_lost(network)))
     speed = figures["average_speed_m_s"]
-    text = f"{100 * delay / total:.0f} % of all travel time was delay"
-    text += f" ({delay / TIMES['h']:,.0f} vehicle-hours)"
-    yield text + (f"; the mean speed was {speed * KMH:.0f} km/h." if speed is not None else ".")
+    yield (
+        f"{100 * delay / total:.0f} % of all travel time was delay: {lost / TIMES['h']:,.0f} "
+        f"vehicle-hours were lost on the links, {max(delay - lost, 0.0) / TIMES['h']:,.0f} by "
+        "waiting to enter or on longer routes than the fastest"
+        + (f". The mean speed was {speed * KMH:.0f} km/h." if speed is not None else ".")
+    )
+
+
+def _share_lost(network: OverTime) -> Floats:
+    """Of the time on the links, the share that driving at free speed would have saved."""
+    share: Floats = 1.0 - np.nan_to_num(network.speed_ratio, nan=1.0)
+    return share
 
 
 def _worst_moment(network: OverTime, start: datetime) -> Iterator[str]:
-    lost = network.accumulation * (1.0 - np.nan_to_num(network.speed_ratio, nan=1.0))
+    lost = network.accumulation * _share_lost(network)
     worst = int(lost.argmax())
     ratio = network.speed_ratio[worst]
     if not lost[worst] or ratio > 1.0 - LITTLE:
@@ -69,11 +80,15 @@ def _worst_moment(network: OverTime, start: datetime) -> Iterator[str]:
     yield (
         f"It was worst from {begin} to {end}: {network.accumulation[worst]:,.0f} vehicles on the "
         f"road at {network.speed[worst]:.0f} km/h, {100 * ratio:.0f} % of their free speed, and "
-        f"{network.queue[worst]:,.0f} of them queued."
+        f"{network.queue[worst]:,.0f} of them queued{_waiting(network.waiting[worst])}."
     )
 
 
+def _waiting(vehicles: float) -> str:
+    return f"; {vehicles:,.0f} more waited to enter" if vehicles >= 1 else ""
+
+
 def _where(places: Sequence[WorstPlace]) -> Iterator[str]:
-    told = [f"{place.name} ({100 * place.share:.0f} % of all delay)" for place in places[:3]]
+    told = [f"{place.name} ({100 * place.share:.0f} % of the delay on links)" for place in places[:3]]
     if told:
         yield "Most time was lost on " + "; ".join(told) + "."

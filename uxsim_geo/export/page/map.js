@@ -5,7 +5,11 @@
 // (feature state); nothing is laid out anew.
 
 const TILES = "https://tile.openstreetmap.org/{z}/{x}/{y}.png";
+const FEW_LINKS = 400;  // links long enough on the map to be seen without circles
+const MANY_LINKS = 2000;
 const WIDTHS = 8;  // kinds of width that are told apart
+const LARGEST_CIRCLE = 30;  // px
+const LEAST_CIRCLE = 0.015;  // of the time lost at the worst junction in its worst step
 const PALETTE = 10;  // numbers kept for the classes of a palette
 
 class RoadMap {
@@ -14,6 +18,7 @@ class RoadMap {
     this.run = run;
     this.calls = calls;
     this.isDark = window.matchMedia("(prefers-color-scheme: dark)").matches;
+    this.circles = run.lines.length > FEW_LINKS;
     this.class = new Int8Array(run.lines.length).fill(-1);
     this.width = new Int8Array(run.lines.length);
     this.bounds = RoadMap.boundsOf(run.lines);
@@ -87,8 +92,10 @@ class RoadMap {
     const { lines, links, content } = this.run;
     const side = content.map.left ? -1 : 1;
     const minor = new Set(links.order.slice(0, links.minor));
+    const drawn = this.roads();
     const features = links.order.map((link) => ({
-      type: "Feature", id: link, properties: { minor: minor.has(link) ? 1 : 0 },
+      type: "Feature", id: link,
+      properties: { minor: minor.has(link) ? 1 : 0, road: drawn.has(link) ? 1 : 0 },
       geometry: { type: "LineString", coordinates: lines[link] },
     }));
     const none = { type: "FeatureCollection", features: [] };
@@ -97,10 +104,14 @@ class RoadMap {
     });
     for (const name of ["chosen", "arcs", "zones"]) this.map.addSource(name, { type: "geojson", data: none });
     const width = ["coalesce", ["feature-state", "width"], 0];
+    // the inner edge at the road's middle; where there are many links their middle stays in place,
+    // which is less to compute in every step
+    const half = lines.length > MANY_LINKS ? this.wide / 2 : ["/", width, 2];
+    const offset = lines.length > MANY_LINKS ? side * (this.gap + half) : ["*", side, ["+", this.gap, half]];
     const traffic = {
       "line-color": this.colours(),
       "line-width": this.grown(width),
-      "line-offset": this.grown(["*", side, ["+", this.gap, ["/", width, 2]]]),
+      "line-offset": this.grown(offset),
     };
     const chosen = {
       "line-color": this.colour("ink"),
@@ -109,21 +120,45 @@ class RoadMap {
     };
     this.map.addLayer({ id: "ground", type: "background", paint: { "background-color": this.colour("ground") } });
     const kinds = links.minor ? ["minor", "major"] : ["major"];
-    const add = (id, source, paint, kind) => this.map.addLayer({
-      id: `${id}-${kind}`, type: "line", source, paint, layout: { "line-cap": "butt", "line-join": "round" },
-      ...(links.minor ? { filter: ["==", ["get", "minor"], kind === "minor" ? 1 : 0] } : {}),
+    const add = (id, paint, kind, conditions) => this.map.addLayer({
+      id: `${id}-${kind}`, type: "line", source: "links", paint, layout: { "line-join": "round" },
+      filter: ["all", ["==", ["get", "minor"], kind === "minor" ? 1 : 0], ...conditions],
       ...(kind === "minor" ? { minzoom: this.zoom + 1.5 } : {}),
     });
     const roads = { "line-color": this.colour("roads"), "line-width": this.grown(this.narrow) };
-    for (const kind of kinds) add("roads", "links", roads, kind);
+    for (const kind of kinds) add("roads", roads, kind, [["==", ["get", "road"], 1]]);
     this.map.addLayer({ id: "chosen", type: "line", source: "chosen", paint: chosen, layout: { "line-cap": "round", "line-join": "round" } });
-    for (const kind of kinds) add("traffic", "links", traffic, kind);
+    for (const kind of kinds) add("traffic", traffic, kind, []);
     this.picked = kinds.map((kind) => `traffic-${kind}`);
     this.addTripLayers();
     this.markPlaces();
   }
 
+  /** One link of each road: the other direction is the same line. */
+  roads() {
+    const { lines, links } = this.run;
+    const found = new Map();
+    lines.forEach((line, link) => {
+      const ends = [links.from[link], links.to[link]].sort((a, b) => a - b);
+      const key = `${ends} ${line.length} ${Math.round(links.length[link])}`;
+      if (!found.has(key)) found.set(key, link);
+    });
+    return new Set(found.values());
+  }
+
   addTripLayers() {
+    const { points, largest_min: most } = this.run.content.bottlenecks;
+    this.map.addSource("bottlenecks", { type: "geojson", data: {
+      type: "FeatureCollection",
+      features: points.map((point, id) => ({
+        type: "Feature", id, properties: {}, geometry: { type: "Point", coordinates: point },
+      })),
+    } });
+    this.mostLost = most || 1;
+    this.radius = new Uint8Array(points.length);
+    this.map.addLayer({ id: "bottlenecks", type: "circle", source: "bottlenecks", paint: {
+      "circle-radius": ["coalesce", ["feature-state", "radius"], 0],
+      "circle-color": this.slowest(), "circle-opacity": 0.4 } });
     this.map.addLayer({ id: "arcs", type: "line", source: "arcs", layout: { "line-cap": "round" }, paint: {
       "line-color": this.colour("ink"), "line-opacity": 0.75, "line-width": ["get", "width"] } });
     this.map.addLayer({ id: "zones", type: "circle", source: "zones", paint: {
@@ -180,9 +215,36 @@ class RoadMap {
     return ["match", ["coalesce", ["feature-state", "colour"], -1], ...cases, "#888888"];
   }
 
-  /** Show a quantity in a time step. */
+  /** The colour of standing traffic. */
+  slowest() {
+    const [speed] = this.run.content.quantities;
+    return (this.isDark ? speed.colours_on_dark : speed.colours)[0];
+  }
+
+  /** Circles as large as the time lost before each junction in a time step; tells how many changed. */
+  showBottlenecks(bin) {
+    const { run } = this;
+    const lost = new Float64Array(this.radius.length);
+    run.content.bottlenecks.links.forEach((place, link) => {
+      if (place >= 0) lost[place] += run.delay(link, bin);
+    });
+    let changed = 0;
+    lost.forEach((minutes, id) => {
+      // area is time lost; what is too small to matter has no circle
+      const share = this.circles ? minutes / this.mostLost : 0;
+      const radius = share < LEAST_CIRCLE ? 0 : Math.round(LARGEST_CIRCLE * Math.sqrt(share));
+      if (radius === this.radius[id]) return;
+      this.radius[id] = radius;
+      changed += 1;
+      this.map.setFeatureState({ source: "bottlenecks", id }, { radius });
+    });
+    return changed;
+  }
+
+  /** Show a quantity in a time step; tells whether anything is to be drawn. */
   show(number, bin) {
     const { run } = this;
+    let changed = this.showBottlenecks(bin);
     const quantity = run.content.quantities[number];
     const palette = 2 * PALETTE * number + (this.isDark ? PALETTE : 0);
     for (let link = 0; link < this.class.length; link++) {
@@ -195,11 +257,13 @@ class RoadMap {
         width = 1 + Math.round((WIDTHS - 1) * run.shareOfRoad(link, bin));
       }
       if (index === this.class[link] && width === this.width[link]) continue;
+      changed += 1;
       this.class[link] = index;
       this.width[link] = width;
       const px = width ? 1 + this.narrow + ((this.wide - this.narrow - 1) * (width - 1)) / (WIDTHS - 1) : 0;
       this.map.setFeatureState({ source: "links", id: link }, { colour: index, width: px });
     }
+    return changed > 0;
   }
 
   listen() {
@@ -230,6 +294,7 @@ class RoadMap {
     for (const layer of this.map.getStyle().layers.filter(({ id }) => id.startsWith("roads"))) {
       this.map.setPaintProperty(layer.id, "line-color", this.colour("roads"));
     }
+    this.map.setPaintProperty("bottlenecks", "circle-color", this.slowest());
     for (const [layer, property] of [["chosen", "line-color"], ["arcs", "line-color"], ["zones", "circle-color"]]) {
       this.map.setPaintProperty(layer, property, this.colour("ink"));
     }

@@ -20,6 +20,7 @@ import pandas as pd
 from uxsim_geo.analysis.od import od_table
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.summary import summary
+from uxsim_geo.export.page.bottlenecks import bottlenecks
 from uxsim_geo.export.page.document import Tables, document, link_columns
 from uxsim_geo.export.page.headlines import clock, headlines
 from uxsim_geo.export.page.levels import first_of_merged, levels
@@ -98,11 +99,12 @@ def page(run: Run, about: About) -> str:
         levels(grid, run.network, first),
         over_time(grid, run.result, first),
         worst_places(grid, run.network, first),
+        bottlenecks(grid, run.network, first),
         zones(run.network, places.points, od, on_earth=places.on_earth),
     )
     volume = grid.values("entries").sum(axis=1)
     links = link_columns(run.network, run.result.settings.reaction_time, volume)
-    content = document(tables, links, about.start)
+    content = document(tables, links, places.points, about.start)
     content["map"] = {"on_earth": places.on_earth, "left": about.drives_left}
     counts, deltas = packed_lines(places.lines)
     notes = run.network.notes if about.notes is None else about.notes
@@ -116,6 +118,7 @@ def page(run: Run, about: About) -> str:
         merged=len(first) < len(grid.begin),
         bin_min=float(np.diff(tables.network.edges).max() / 60.0),
         notes=_note_rows(notes),
+        facts={name.replace("_", " "): _as_text(value) for name, value in about.facts.items()},
         blobs={
             "document": packed_json(content),
             "points": counts,
@@ -166,6 +169,12 @@ def _worst_rows(tables: Tables, start: datetime) -> list[dict[str, str]]:
         }
         for place in tables.places
     ]
+
+
+def _as_text(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:,.6g}" if isinstance(value, float) else str(value)
 
 
 def _note_rows(notes: pd.DataFrame) -> dict[str, Any]:

@@ -43,6 +43,11 @@ class Page {
     });
     await this.map.ready;
     this.trips.map = this.map;
+    byId("circles").checked = this.map.circles;
+    byId("circles").addEventListener("change", (event) => {
+      this.map.circles = event.target.checked;
+      this.draw();
+    });
     byId("tiles").addEventListener("change", (event) => {
       this.map.showTiles(event.target.checked);
       byId("tiles-attribution").hidden = !event.target.checked;
@@ -83,6 +88,8 @@ class Page {
       element("li", {}, element("span", { class: "swatch", style: `background: ${shown[index]}` }), text),
     ));
     list.append(element("li", {}, element("span", { class: "swatch", style: "background: var(--map-roads)" }), "no vehicles, or none of it"));
+    if (this.map?.circles) list.append(element("li", {}, element("span", { class: "circle", style: `background: ${this.map.slowest()}` }),
+      `time lost before a junction, at most ${told(this.map.mostLost)} vehicle-minutes`));
     byId("legend").replaceChildren(element("b", {}, `${label}, ${unit}`), list,
       element("span", { class: "quiet" }, "The wider, the more of the road is taken."
         + ` Links lie to the ${this.run.content.map.left ? "left" : "right"} of their direction.`));
@@ -134,11 +141,8 @@ class Page {
     this.drawTime();
     this.drawLegend();
     if (!this.map) return;
-    this.map.show(this.quantity, this.bin);
-    await new Promise((resolve) => {
-      this.map.map.once("idle", resolve);
-      this.map.map.triggerRepaint();
-    });
+    const isChanged = this.map.show(this.quantity, this.bin);
+    if (isChanged || !this.map.map.loaded()) await new Promise((resolve) => this.map.map.once("idle", resolve));
     // for those who measure
     document.documentElement.dataset.stepMs = (performance.now() - begun).toFixed(0);
     document.documentElement.dataset.shown = `${this.run.content.quantities[this.quantity].key} ${this.bin}`;
@@ -225,6 +229,7 @@ async function openPage() {
     return;
   }
   const page = new Page(await Run.load());
+  window.thePage = page;
   page.draw();
   try {
     await page.addMap();
