@@ -89,6 +89,6 @@ def _waiting(vehicles: float) -> str:
 
 
 def _where(places: Sequence[WorstPlace]) -> Iterator[str]:
-    told = [f"{place.name} ({100 * place.share:.0f} % of the delay on links)" for place in places[:3]]
+    told = [f"{place.name} ({100 * place.share:.0f} %)" for place in places[:3]]
     if told:
-        yield "Most time was lost on " + "; ".join(told) + "."
+        yield "Of the time lost on links, most was lost on " + "; ".join(told) + "."

@@ -9,6 +9,7 @@ const FEW_LINKS = 400;  // links long enough on the map to be seen without circl
 const MANY_LINKS = 2000;
 const WIDTHS = 8;  // kinds of width that are told apart
 const LARGEST_CIRCLE = 30;  // px
+const CIRCLE_OPACITY = 0.45;
 const LEAST_CIRCLE = 0.015;  // of the time lost at the worst junction in its worst step
 const PALETTE = 10;  // numbers kept for the classes of a palette
 
@@ -24,7 +25,7 @@ class RoadMap {
     this.bounds = RoadMap.boundsOf(run.lines);
     this.map = new maplibregl.Map({
       container,
-      style: { version: 8, sources: {}, layers: [] },
+      style: { version: 8, sources: {}, layers: [], transition: { duration: 0, delay: 0 } },
       bounds: this.bounds,
       fitBoundsOptions: { padding: 34 },
       attributionControl: false,
@@ -115,7 +116,7 @@ class RoadMap {
     };
     const chosen = {
       "line-color": this.colour("ink"),
-      "line-width": this.grown(this.wide + 3.5),
+      "line-width": this.grown(this.wide + 2),
       "line-offset": this.grown(side * (this.gap + this.wide / 2)),
     };
     this.map.addLayer({ id: "ground", type: "background", paint: { "background-color": this.colour("ground") } });
@@ -127,7 +128,8 @@ class RoadMap {
     });
     const roads = { "line-color": this.colour("roads"), "line-width": this.grown(this.narrow) };
     for (const kind of kinds) add("roads", roads, kind, [["==", ["get", "road"], 1]]);
-    this.map.addLayer({ id: "chosen", type: "line", source: "chosen", paint: chosen, layout: { "line-cap": "round", "line-join": "round" } });
+    this.addBottlenecks();
+    this.map.addLayer({ id: "chosen", type: "line", source: "chosen", paint: chosen, layout: { "line-join": "round" } });
     for (const kind of kinds) add("traffic", traffic, kind, []);
     this.picked = kinds.map((kind) => `traffic-${kind}`);
     this.addTripLayers();
@@ -146,7 +148,8 @@ class RoadMap {
     return new Set(found.values());
   }
 
-  addTripLayers() {
+  /** Circles under the traffic, at first without size. */
+  addBottlenecks() {
     const { points, largest_min: most } = this.run.content.bottlenecks;
     this.map.addSource("bottlenecks", { type: "geojson", data: {
       type: "FeatureCollection",
@@ -158,7 +161,10 @@ class RoadMap {
     this.radius = new Uint8Array(points.length);
     this.map.addLayer({ id: "bottlenecks", type: "circle", source: "bottlenecks", paint: {
       "circle-radius": ["coalesce", ["feature-state", "radius"], 0],
-      "circle-color": this.slowest(), "circle-opacity": 0.4 } });
+      "circle-color": this.slowest(), "circle-opacity": CIRCLE_OPACITY } });
+  }
+
+  addTripLayers() {
     this.map.addLayer({ id: "arcs", type: "line", source: "arcs", layout: { "line-cap": "round" }, paint: {
       "line-color": this.colour("ink"), "line-opacity": 0.75, "line-width": ["get", "width"] } });
     this.map.addLayer({ id: "zones", type: "circle", source: "zones", paint: {
@@ -328,6 +334,10 @@ class RoadMap {
 
   /** Zones and arcs as GeoJSON; an empty list takes them away. The links step back meanwhile. */
   showTrips(zones, arcs) {
+    const isShown = zones.length > 0;
+    this.map.getContainer().classList.toggle("shows-trips", isShown);
+    for (const layer of this.picked) this.map.setPaintProperty(layer, "line-opacity", isShown ? 0.25 : 1);
+    this.map.setPaintProperty("bottlenecks", "circle-opacity", isShown ? 0 : CIRCLE_OPACITY);
     const collection = (features) => ({ type: "FeatureCollection", features });
     this.map.getSource("zones").setData(collection(zones));
     this.map.getSource("arcs").setData(collection(arcs));

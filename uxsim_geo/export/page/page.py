@@ -40,6 +40,9 @@ STYLE = "report.css"
 #: in the order in which they build on one another
 SCRIPTS = ("data.js", "charts.js", "map.js", "details.js", "trips.js", "report.js")
 
+#: from here on numbers are told without decimals
+LARGE = 1000
+
 #: rows of the table of notes; the rest are in the GeoPackage
 MOST_NOTES = 200
 
@@ -174,7 +177,9 @@ def _worst_rows(tables: Tables, start: datetime) -> list[dict[str, str]]:
 def _as_text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:,.6g}" if isinstance(value, float) else str(value)
+    if isinstance(value, (int, float)):
+        return f"{value:,.0f}" if abs(value) >= LARGE or value == int(value) else f"{value:.4g}"
+    return str(value)
 
 
 def _note_rows(notes: pd.DataFrame) -> dict[str, Any]:

@@ -55,6 +55,7 @@ class Page {
     byId("tiles").closest("label").hidden = !this.run.content.map.on_earth;
     window.addEventListener("beforeprint", () => this.printMap());
     window.addEventListener("afterprint", () => {
+      delete document.documentElement.dataset.paper;
       this.map.takeGround(window.matchMedia("(prefers-color-scheme: dark)").matches);
       this.draw();
     });
@@ -62,7 +63,9 @@ class Page {
 
   /** A picture on white in place of the map, which browsers do not print. */
   printMap() {
+    document.documentElement.dataset.paper = "white";
     this.map.takeGround(false);
+    this.drawLegend();
     this.map.show(this.quantity, this.bin);
     byId("map-print").src = this.map.picture();
   }
@@ -229,7 +232,7 @@ async function openPage() {
     return;
   }
   const page = new Page(await Run.load());
-  window.thePage = page;
+  window.trafficReport = page;  // for the browser's console
   page.draw();
   try {
     await page.addMap();

@@ -27,13 +27,13 @@ class Trips {
       panel.append("Nobody wanted to travel.");
       return;
     }
-    const busiest = names.map((_, zone) => zone).sort((a, b) => this.from[b] + this.to[b] - this.from[a] - this.to[a]);
+    const busiest = names.map((_, zone) => zone).sort((a, b) => this.from[b] - this.from[a] || this.to[b] - this.to[a]);
     this.select = element("select", { id: "zone" });
     for (const zone of busiest) this.select.append(element("option", { value: zone }, names[zone]));
     this.direction = element("select", { id: "direction" },
       element("option", { value: "from" }, "trips from there"), element("option", { value: "to" }, "trips to there"));
     this.check = element("input", { type: "checkbox", id: "trips-on-map" });
-    const note = `Zones are ${kind}; the busiest stand first.`
+    const note = `Zones are ${kind}; those where most trips start stand first.`
       + (pairs > origin.length ? ` The largest ${told(origin.length)} of ${told(pairs)} pairs are here.` : "");
     panel.append(element("div", { class: "choice" },
       element("label", { for: "zone" }, "Zone"), this.select,

@@ -16,6 +16,9 @@ from uxsim_geo.network.units import KMH, TIMES
 #: rows of the table
 MOST = 12
 
+#: streets with less of all delay than this are left out
+LEAST_SHARE = 0.0005
+
 
 class WorstPlace(NamedTuple):
     """A street or link: what was lost there, and when it was at its worst.
@@ -37,7 +40,7 @@ class WorstPlace(NamedTuple):
 
 
 def worst_places(grid: StateGrid, network: Network, first: Integers) -> list[WorstPlace]:
-    """The :data:`MOST` streets with the largest delay, the worst one first; none without any."""
+    """The :data:`MOST` streets with the largest delay, the worst one first, if any."""
     street, names = pd.factorize(street_names(network.links))
     distance, time, delay = (
         _by_street(np.add.reduceat(grid.values(name), first, axis=1), street, len(names))
@@ -49,7 +52,7 @@ def worst_places(grid: StateGrid, network: Network, first: Integers) -> list[Wor
     speed, relative = ratio(distance, time), 1.0 - ratio(delay, time)
     places = []
     for row in np.argsort(-totals, kind="stable")[:MOST]:
-        if totals[row] <= 0:
+        if totals[row] <= LEAST_SHARE * totals.sum():
             break
         links = np.flatnonzero(street == row)
         peak = int(delay[row].argmax())
