@@ -47,7 +47,7 @@ def chromium() -> str:
 
 
 class Tab:
-    """One tab: commands, evaluation of scripts, input, and everything that the page complains of."""
+    """One tab: commands, scripts, input, and everything that the page complains of."""
 
     def __init__(self, to_browser: int, from_browser: int) -> None:
         self._to, self._from = to_browser, from_browser
@@ -141,9 +141,7 @@ class Tab:
             self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
             return
         for step in ("mousePressed", "mouseReleased"):
-            self.call(
-                "Input.dispatchMouseEvent", type=step, x=x, y=y, button="left", clickCount=1
-            )
+            self.call("Input.dispatchMouseEvent", type=step, x=x, y=y, button="left", clickCount=1)
 
     def key(self, name: str, text: str = "", code: int = 0) -> None:
         """Press and release a key."""
@@ -176,9 +174,7 @@ def opened(folder: Path) -> Iterator[Tab]:
         *((os.POSIX_SPAWN_DUP2, end, number) for end, number in zip(theirs, (3, 4), strict=True)),
         *((os.POSIX_SPAWN_CLOSE, end) for end in theirs),
     ]
-    child = os.posix_spawn(
-        arguments[0], arguments, os.environ, file_actions=actions, setpgroup=0
-    )
+    child = os.posix_spawn(arguments[0], arguments, os.environ, file_actions=actions, setpgroup=0)
     for end in (*theirs, commands[0], answers[1], quiet):
         os.close(end)
     try:

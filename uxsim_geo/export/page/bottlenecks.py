@@ -1,4 +1,4 @@
-"""Junctions before which time is lost: circles that a map of a whole city shows, short links not."""
+"""Junctions before which time is lost: a city's map shows circles there, but no short links."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bottlenecks(grid: StateGrid, network: Network, first: Integers) -> Bottlenec
     """Nodes by the delay on the links that lead to them, in the page's time bins."""
     delay = np.add.reduceat(grid.values("delay"), first, axis=1)
     rows = pd.Index(network.nodes["node_id"].astype(str))
-    end = rows.get_indexer(network.links["to_node_id"].astype(str))
+    end = rows.get_indexer(pd.Index(network.links["to_node_id"].astype(str)))
     sums = np.zeros((len(rows), delay.shape[1]))
     np.add.at(sums, end, delay)
     worst = sums.max(axis=1)

@@ -51,16 +51,16 @@ def document(
         "largest": levels.largest,
         "quantities": [entry._asdict() for entry in quantities(dict(levels.values))],
         "links": links,
-        "network": {
-            name: plain(values, 3) for name, values in tables.network._asdict().items()
-        },
+        "network": {name: plain(values, 3) for name, values in tables.network._asdict().items()},
         "zones": _zones(tables.zones),
         "bottlenecks": _bottlenecks(tables.bottlenecks, points),
         "worst": [{"link": place.link, "bin": place.bin} for place in tables.places],
     }
 
 
-def link_columns(network: Network, reaction_time: float, volume: npt.NDArray[Any]) -> dict[str, Any]:
+def link_columns(
+    network: Network, reaction_time: float, volume: npt.NDArray[Any]
+) -> dict[str, Any]:
     """Attributes of the links, by column; texts that repeat are told once.
 
     ``volume`` are the vehicles that entered each link. order are the rows from the least to the
@@ -72,8 +72,10 @@ def link_columns(network: Network, reaction_time: float, volume: npt.NDArray[Any
     nodes, ends = _told_once(pd.concat([links["from_node_id"], links["to_node_id"]]).astype(str))
     capacity = effective_capacity(links, reaction_time)
     free, lanes = links["free_speed"].to_numpy(float), links["lanes"].to_numpy(float)
-    order = np.lexsort((free * lanes, volume > 0)) if len(links) <= MOST_SHOWN else np.lexsort(
-        (volume, free * lanes, volume > np.median(volume))
+    order = (
+        np.lexsort((free * lanes, volume > 0))
+        if len(links) <= MOST_SHOWN
+        else np.lexsort((volume, free * lanes, volume > np.median(volume)))
     )
     return {
         "ids": links["link_id"].astype(str).tolist(),

@@ -22,12 +22,13 @@ from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.summary import summary
 from uxsim_geo.export.page.bottlenecks import bottlenecks
 from uxsim_geo.export.page.document import Tables, document, link_columns
-from uxsim_geo.export.page.headlines import clock, headlines
+from uxsim_geo.export.page.headlines import headlines
 from uxsim_geo.export.page.levels import first_of_merged, levels
 from uxsim_geo.export.page.libraries import maplibre
 from uxsim_geo.export.page.over_time import over_time
 from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_rows
 from uxsim_geo.export.page.places import Places
+from uxsim_geo.export.page.rows import fact_rows, note_rows, worst_rows
 from uxsim_geo.export.page.worst_places import worst_places
 from uxsim_geo.export.page.zones import zones
 from uxsim_geo.files import replace_when_complete
@@ -39,12 +40,6 @@ STYLE = "report.css"
 
 #: in the order in which they build on one another
 SCRIPTS = ("data.js", "charts.js", "map.js", "details.js", "trips.js", "report.js")
-
-#: from here on numbers are told without decimals
-LARGE = 1000
-
-#: rows of the table of notes; the rest are in the GeoPackage
-MOST_NOTES = 200
 
 
 @dataclass(frozen=True)
@@ -117,11 +112,11 @@ def page(run: Run, about: About) -> str:
         headlines=headlines(
             summary(run.result, run.network), tables.network, tables.places, about.start
         ),
-        worst=_worst_rows(tables, about.start),
+        worst=worst_rows(tables.places, tables.network.edges, about.start),
         merged=len(first) < len(grid.begin),
         bin_min=float(np.diff(tables.network.edges).max() / 60.0),
-        notes=_note_rows(notes),
-        facts={name.replace("_", " "): _as_text(value) for name, value in about.facts.items()},
+        notes=note_rows(notes),
+        facts=fact_rows(about.facts),
         blobs={
             "document": packed_json(content),
             "points": counts,
@@ -136,7 +131,6 @@ def page(run: Run, about: About) -> str:
 def _rendered(**values: Any) -> str:
     """The template with everything in it; what is not marked as safe is escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
 
     library = values.pop("library")
     folder = files("uxsim_geo.export.page")
@@ -149,63 +143,8 @@ def _rendered(**values: Any) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    # code of ours and of the library, never a word of the run
     return environment.get_template(TEMPLATE).render(
-        styles=[Markup(library.style), Markup(own[STYLE])],
-        scripts=[Markup(library.script), *(Markup(own[name]) for name in SCRIPTS)],
+        styles=[library.style, own[STYLE]],
+        scripts=[library.script, *(own[name] for name in SCRIPTS)],
         **values,
     )
-
-
-def _worst_rows(tables: Tables, start: datetime) -> list[dict[str, str]]:
-    edges = tables.network.edges
-    return [
-        {
-            "name": place.name,
-            "links": f"{place.links:,}",
-            "delay": f"{place.delay_veh_h:,.1f}",
-            "share": f"{100 * place.share:.1f} %",
-            "when": f"{clock(start, edges[place.bin])}–{clock(start, edges[place.bin + 1])}",
-            "speed": f"{place.speed_kmh:.0f} km/h",
-            "ratio": f"{100 * place.speed_ratio:.0f} %",
-            "queue": f"{place.queue_m:,.0f} m",
-        }
-        for place in tables.places
-    ]
-
-
-def _as_text(value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, (int, float)):
-        return f"{value:,.0f}" if abs(value) >= LARGE or value == int(value) else f"{value:.4g}"
-    return str(value)
-
-
-def _note_rows(notes: pd.DataFrame) -> dict[str, Any]:
-    """Notes by severity and topic: how many, and what is said of the first few; warnings first."""
-    table = notes.fillna("").astype(str)
-    table = table.assign(order=(table["severity"] != "warning").astype(int))
-    groups = table.groupby(["order", "severity", "topic"], sort=False)
-    topics = [
-        {
-            "severity": severity,
-            "topic": topic,
-            "count": f"{len(rows):,}",
-            "first": _in_words(rows.iloc[0]),
-        }
-        for (_, severity, topic), rows in sorted(groups, key=lambda group: group[0][0])
-    ]
-    rows = table.sort_values("order", kind="stable").head(MOST_NOTES)
-    columns = ["severity", "topic", "element", "element_id", "note", "value"]
-    return {
-        "topics": topics,
-        "rows": rows[columns].to_dict("records"),
-        "count": len(table),
-    }
-
-
-def _in_words(row: pd.Series) -> str:
-    where = f"{row['element']} {row['element_id']}: " if row["element_id"] else ""
-    value = f" ({row['value']})" if row["value"] else ""
-    return f"{where}{row['note']}{value}"

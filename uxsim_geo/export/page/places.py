@@ -52,9 +52,14 @@ class Places:
             lines = shapely.force_2d(network.links["geometry"].to_numpy())
             points = shapely.get_coordinates(network.nodes["geometry"].to_numpy())
         else:
-            links, nodes = network.links.to_crs("EPSG:4326"), network.nodes.to_crs("EPSG:4326")
-            lines = shapely.force_2d(links.geometry.to_numpy())
-            points = shapely.get_coordinates(nodes.geometry.to_numpy())
+            import geopandas as gpd
+
+            links, nodes = (
+                gpd.GeoSeries(table["geometry"], crs=crs).to_crs("EPSG:4326")
+                for table in (network.links, network.nodes)
+            )
+            lines = shapely.force_2d(links.to_numpy())
+            points = shapely.get_coordinates(nodes.to_numpy())
             return cls(shapely.simplify(lines, TOLERANCE), points, True)
         return cls(*_on_patch(lines, points), on_earth=False)
 
@@ -81,6 +86,7 @@ def _on_patch(lines: npt.NDArray[Any], points: Floats) -> tuple[npt.NDArray[Any]
     middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
 
     def moved(places: Floats) -> Floats:
-        return (places - middle) * scale
+        scaled: Floats = (places - middle) * scale
+        return scaled
 
     return shapely.simplify(shapely.transform(lines, moved), TOLERANCE), moved(points)

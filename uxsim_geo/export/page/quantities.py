@@ -6,6 +6,7 @@ dark to light on a dark ground: what is most stands out on both.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +66,7 @@ def _rising(key: str, label: str, unit: str, values: Floats) -> Quantity:
     breaks = _round_breaks(values)
     labels = (
         f"under {breaks[0]:,g}",
-        *(f"{low:,g}–{high:,g}" for low, high in zip(breaks, breaks[1:], strict=False)),
+        *(f"{low:,g}–{high:,g}" for low, high in pairwise(breaks)),
         f"{breaks[-1]:,g} and more",
     )
     return Quantity(key, label, unit, breaks, labels, RISING, RISING_ON_DARK)

@@ -50,7 +50,7 @@ def zones(network: Network, points: Floats, od: pd.DataFrame, *, on_earth: bool)
     their letters go from west to east, their numbers from south to north.
     """
     nodes = pd.Index(network.nodes["node_id"].astype(str))
-    ends = [nodes.get_indexer(od[end].astype(str)) for end in ("origin", "destination")]
+    ends = [nodes.get_indexer(pd.Index(od[end].astype(str))) for end in ("origin", "destination")]
     used = np.unique(np.concatenate(ends)).astype(np.int64)
     names, kind = _names(network, points, used, on_earth=on_earth)
     zone, found = pd.factorize(names)
