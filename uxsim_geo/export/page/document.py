@@ -13,6 +13,7 @@ from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.page.bottlenecks import Bottlenecks
 from uxsim_geo.export.page.levels import Levels
 from uxsim_geo.export.page.over_time import OverTime
+from uxsim_geo.export.page.places import Places
 from uxsim_geo.export.page.quantities import quantities
 from uxsim_geo.export.page.worst_places import WorstPlace, street_names
 from uxsim_geo.export.page.zones import Zones
@@ -25,22 +26,18 @@ MOST_SHOWN = 40_000
 
 
 class Tables(NamedTuple):
-    """What was made of a run for the page."""
+    """What was made of a run for the page; volume are the vehicles that entered each link."""
 
     levels: Levels
     network: OverTime
     places: list[WorstPlace]
     bottlenecks: Bottlenecks
     zones: Zones
+    volume: Floats
 
 
-def document(
-    tables: Tables, links: dict[str, Any], points: Floats, start: datetime
-) -> dict[str, Any]:
-    """Everything that is no array of links × bins: JSON's types alone.
-
-    ``points`` are the places of the nodes, degrees.
-    """
+def document(tables: Tables, places: Places, start: datetime) -> dict[str, Any]:
+    """Everything but the links that is no array of links × bins: JSON's types alone."""
     levels = tables.levels
     return {
         "start_ms": round(start.timestamp() * 1000),
@@ -50,10 +47,9 @@ def document(
         "least": levels.least,
         "largest": levels.largest,
         "quantities": [entry._asdict() for entry in quantities(dict(levels.values))],
-        "links": links,
         "network": {name: plain(values, 3) for name, values in tables.network._asdict().items()},
         "zones": _zones(tables.zones),
-        "bottlenecks": _bottlenecks(tables.bottlenecks, points),
+        "bottlenecks": _bottlenecks(tables.bottlenecks, places.points),
         "worst": [{"link": place.link, "bin": place.bin} for place in tables.places],
     }
 
@@ -63,8 +59,8 @@ def link_columns(
 ) -> dict[str, Any]:
     """Attributes of the links, by column; texts that repeat are told once.
 
-    ``volume`` are the vehicles that entered each link. order are the rows from the least to the
-    most important, as they are drawn; the first ``minor`` of them wait until one looks closer.
+    ``volume`` are the vehicles that entered each link. order are the rows as they are drawn, unused
+    ones first, then slow and narrow ones; the first ``minor`` of them wait until one looks closer.
     """
     links = network.links
     names, name = _told_once(street_names(links))
@@ -72,11 +68,7 @@ def link_columns(
     nodes, ends = _told_once(pd.concat([links["from_node_id"], links["to_node_id"]]).astype(str))
     capacity = effective_capacity(links, reaction_time)
     free, lanes = links["free_speed"].to_numpy(float), links["lanes"].to_numpy(float)
-    order = (
-        np.lexsort((free * lanes, volume > 0))
-        if len(links) <= MOST_SHOWN
-        else np.lexsort((volume, free * lanes, volume > np.median(volume)))
-    )
+    order = np.lexsort((volume, free * lanes, volume > 0))
     return {
         "ids": links["link_id"].astype(str).tolist(),
         "names": names,

@@ -90,42 +90,51 @@ def page(run: Run, about: About) -> str:
     """
     library = maplibre()
     grid = StateGrid.of_all(run.states, run.network)
-    first = first_of_merged(grid)
     places = Places.of(run.network)
-    od = od_table(run.result, run.network)
-    tables = Tables(
-        levels(grid, run.network, first),
-        over_time(grid, run.result, first),
-        worst_places(grid, run.network, first),
-        bottlenecks(grid, run.network, first),
-        zones(run.network, places.points, od, on_earth=places.on_earth),
-    )
-    volume = grid.values("entries").sum(axis=1)
-    links = link_columns(run.network, run.result.settings.reaction_time, volume)
-    content = document(tables, links, places.points, about.start)
-    content["map"] = {"on_earth": places.on_earth, "left": about.drives_left}
-    counts, deltas = packed_lines(places.lines)
+    tables = _tables(run, grid, places)
     notes = run.network.notes if about.notes is None else about.notes
+    edges = tables.network.edges
     return _rendered(
         about=about,
         library=library,
         headlines=headlines(
             summary(run.result, run.network), tables.network, tables.places, about.start
         ),
-        worst=worst_rows(tables.places, tables.network.edges, about.start),
-        merged=len(first) < len(grid.begin),
-        bin_min=float(np.diff(tables.network.edges).max() / 60.0),
+        worst=worst_rows(tables.places, edges, about.start),
+        merged_min=None if len(edges) > len(grid.begin) else f"{np.diff(edges).max() / 60:g}",
         notes=note_rows(notes),
         facts=fact_rows(about.facts),
-        blobs={
-            "document": packed_json(content),
-            "points": counts,
-            "places": deltas,
-            "density": packed_rows(tables.levels.density),
-            "speed": packed_rows(tables.levels.speed),
-            "queue": packed_rows(tables.levels.queue),
-        },
+        parts=_parts(run, about, tables, places),
     )
+
+
+def _tables(run: Run, grid: StateGrid, places: Places) -> Tables:
+    first = first_of_merged(grid)
+    od = od_table(run.result, run.network)
+    return Tables(
+        levels(grid, run.network, first),
+        over_time(grid, run.result, first),
+        worst_places(grid, run.network, first),
+        bottlenecks(grid, run.network, first),
+        zones(run.network, places.points, od, on_earth=places.on_earth),
+        grid.values("entries").sum(axis=1),
+    )
+
+
+def _parts(run: Run, about: About, tables: Tables, places: Places) -> dict[str, str]:
+    """What the scripts unpack, by the id of its tag."""
+    content = document(tables, places, about.start)
+    content["links"] = link_columns(run.network, run.result.settings.reaction_time, tables.volume)
+    content["map"] = {"on_earth": places.on_earth, "left": about.drives_left}
+    points, deltas = packed_lines(places.lines)
+    return {
+        "document": packed_json(content),
+        "points": points,
+        "places": deltas,
+        "density": packed_rows(tables.levels.density),
+        "speed": packed_rows(tables.levels.speed),
+        "queue": packed_rows(tables.levels.queue),
+    }
 
 
 def _rendered(**values: Any) -> str:
