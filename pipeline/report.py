@@ -111,10 +111,15 @@ def _write_page(material: Material, path: Path) -> None:
         start=config.report.start,
         facts=_information(material),
         notes=material.notes,
-        attribution=OSM_ATTRIBUTION if config.ingest.format == "osm" else "",
+        attribution=attribution(config),
         drives_left=osm is not None and osm.driving_side == "left",
     )
     write_page(path, Run(material.network, material.result, material.states), about)
+
+
+def attribution(config: Config) -> str:
+    """Whom the network comes from, where its licence asks that this be said."""
+    return OSM_ATTRIBUTION if config.ingest.format == "osm" else ""
 
 
 def _information(material: Material) -> dict[str, object]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
 import geopandas as gpd
@@ -18,6 +18,7 @@ from small_networks import demand, link, network
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.engine.simulation import simulate
+from uxsim_geo.export.page.inline import explore
 from uxsim_geo.export.page.page import About, Run, write_page
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
@@ -54,7 +55,7 @@ def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     streets = roads()
     result = simulate(streets, demand(("0", "4", 0.0, 1200.0, 600.0)), Settings(2400.0, 5))
     run = Run(streets, result, link_times(result, streets, bin_s=300.0))
-    start = datetime(2026, 3, 4, 7, 30, tzinfo=UTC)
+    start = datetime(2026, 3, 4, 7, 30, tzinfo=timezone(timedelta(hours=1)))
     facts = {"seed": 7, "remark": EVIL[1]}
     write_page(folder / "report.html", run, About(EVIL[0], start, facts, attribution=EVIL[2]))
     with opened(folder / "profile") as found:
@@ -281,3 +282,16 @@ def city(size: int, bins: int) -> Run:
     states["delay"] = states["time"] - states["distance"] / 20.0
     states["queue_length"] = np.where(density > 0.05, density * 1000, 0.0).ravel()
     return Run(streets, result, states)
+
+
+def test_a_notebook_shows_the_page_in_a_frame(tmp_path: Path) -> None:
+    streets = roads()
+    result = simulate(streets, demand(("0", "4", 0.0, 1200.0, 600.0)), Settings(2400.0, 5))
+    shown = explore(streets, result)._repr_html_()
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><p>A cell</p>{shown}", "utf-8")
+    inside = "document.querySelector('iframe')?.contentDocument?.documentElement?.dataset"
+    with opened(tmp_path / "profile") as notebook:
+        notebook.call("Page.navigate", url=(tmp_path / "notebook.html").as_uri())
+        notebook.wait_for(f"{inside}?.ready === 'true'")
+        assert notebook.run(f"{inside}.shown").startswith("speed ")
+        assert notebook.complaints == []

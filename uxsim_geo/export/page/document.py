@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,10 +38,10 @@ class Tables(NamedTuple):
 
 def document(tables: Tables, places: Places, start: datetime) -> dict[str, Any]:
     """Everything but the links that is no array of links × bins: JSON's types alone."""
-    levels = tables.levels
+    levels, offset = tables.levels, start.utcoffset() or timedelta()
     return {
         "start_ms": round(start.timestamp() * 1000),
-        "offset_min": round((start.utcoffset() or start - start).total_seconds() / 60),
+        "offset_min": round(offset.total_seconds() / 60),
         "edges": plain(levels.edges, 3),
         "top": levels.top,
         "least": levels.least,

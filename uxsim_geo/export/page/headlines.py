@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,9 @@ from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.page.over_time import OverTime
 from uxsim_geo.export.page.worst_places import WorstPlace
 from uxsim_geo.network.units import KMH, TIMES
+
+#: the date of second 0 that stands where nobody gave one
+NO_DATE = datetime(2000, 1, 1, tzinfo=UTC)
 
 #: less of the time than this lost, and nobody would speak of congestion
 LITTLE = 0.02
@@ -36,6 +39,13 @@ def clock(start: datetime, seconds: float) -> str:
     """What the clock shows so many seconds after the start."""
     moment = start + timedelta(seconds=float(seconds))
     return f"{moment:%H:%M:%S}" if moment.second else f"{moment:%H:%M}"
+
+
+def times_in_words(start: datetime) -> str:
+    """Which times those are that the clock shows."""
+    if start == NO_DATE:
+        return "Times are counted from the start of the simulation."
+    return f"Times are those of {start.day} {start:%B %Y, %Z}."
 
 
 def _vehicles(figures: Mapping[str, Any]) -> Iterator[str]:

@@ -22,7 +22,7 @@ from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.summary import summary
 from uxsim_geo.export.page.bottlenecks import bottlenecks
 from uxsim_geo.export.page.document import Tables, document, link_columns
-from uxsim_geo.export.page.headlines import headlines
+from uxsim_geo.export.page.headlines import headlines, times_in_words
 from uxsim_geo.export.page.levels import first_of_merged, levels
 from uxsim_geo.export.page.libraries import maplibre
 from uxsim_geo.export.page.over_time import over_time
@@ -74,6 +74,10 @@ class About:
     attribution: str = ""
     drives_left: bool = False
 
+    def __post_init__(self) -> None:
+        if self.start.tzinfo is None:
+            raise ValueError(f"start needs a time zone, for instance UTC: {self.start.isoformat()}")
+
 
 def write_page(path: Path, run: Run, about: About) -> None:
     """Write the page; it takes its name when it is complete. Errors as of :func:`page`."""
@@ -103,6 +107,7 @@ def page(run: Run, about: About) -> str:
         worst=worst_rows(tables.places, edges, about.start),
         merged_min=None if len(edges) > len(grid.begin) else f"{np.diff(edges).max() / 60:g}",
         notes=note_rows(notes),
+        times=times_in_words(about.start),
         facts=fact_rows(about.facts),
         parts=_parts(run, about, tables, places),
     )
