@@ -45,7 +45,9 @@ def times_in_words(start: datetime) -> str:
     """Which times those are that the clock shows."""
     if start == NO_DATE:
         return "Times are counted from the start of the simulation."
-    return f"Times are those of {start.day} {start:%B %Y, %Z}."
+    # the libraries' zones have names of many kinds
+    zone = f"UTC{start.isoformat()[-6:]}" if start.utcoffset() else "UTC"
+    return f"Times are those of {start.day} {start:%B %Y}, {zone}."
 
 
 def _vehicles(figures: Mapping[str, Any]) -> Iterator[str]:
