@@ -1,7 +1,9 @@
 "use strict";
 // Curves over time and the fundamental diagram, as SVG; a line marks the time shown.
 
-const CHART = { width: 340, height: 150, left: 46, right: 10, top: 8, bottom: 22 };
+/** Sizes in the units of the drawing, and about how many ticks there is room for. */
+const CHART = { width: 340, height: 150, left: 46, right: 10, top: 8, bottom: 22, times: 5, levels: 3 };
+const SMALL_CHART = { width: 190, height: 104, left: 36, right: 8, top: 7, bottom: 20, times: 2, levels: 2 };
 
 function svg(tag, attributes = {}, text = null) {
   const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
@@ -31,18 +33,19 @@ function digitsOf(step) {
 
 /** What both kinds of chart share: the frame, its scales, and the caption. */
 class Chart {
-  constructor(parent, title, xTicks, yTicks) {
-    this.x = this.scale(xTicks, CHART.left, CHART.width - CHART.right);
-    this.y = this.scale(yTicks, CHART.height - CHART.bottom, CHART.top);
+  constructor(parent, title, xTicks, yTicks, box = CHART) {
+    this.box = box;
+    this.x = this.scale(xTicks, this.box.left, this.box.width - this.box.right);
+    this.y = this.scale(yTicks, this.box.height - this.box.bottom, this.box.top);
     this.value = element("span");
     this.svg = svg("svg", {
-      viewBox: `0 0 ${CHART.width} ${CHART.height}`, class: "chart", role: "img",
+      viewBox: `0 0 ${this.box.width} ${this.box.height}`, class: "chart", role: "img",
     });
     const step = yTicks[1] - yTicks[0];
     for (const tick of yTicks) {
       const y = this.y(tick);
-      this.add("line", { x1: CHART.left, x2: CHART.width - CHART.right, y1: y, y2: y, class: "grid" });
-      this.add("text", { x: CHART.left - 5, y: y + 3.5, "text-anchor": "end" }, told(tick, digitsOf(step)));
+      this.add("line", { x1: this.box.left, x2: this.box.width - this.box.right, y1: y, y2: y, class: "grid" });
+      this.add("text", { x: this.box.left - 5, y: y + 3.5, "text-anchor": "end" }, told(tick, digitsOf(step)));
     }
     this.caption = element("figcaption", {}, element("span", {}, ...title), this.value);
     this.figure = element("figure", {}, this.caption, this.svg);
@@ -64,10 +67,10 @@ class Chart {
 /** One or two quantities over time, constant within each time step. */
 class TimeChart extends Chart {
   /** series: {label, values, digits}; options: reference (a level), unit, go (told a clicked step) */
-  constructor(parent, run, title, series, { reference = null, unit = "", go = null } = {}) {
+  constructor(parent, run, title, series, { reference = null, unit = "", go = null, box = CHART } = {}) {
     const most = Math.max(...series.map((one) => largest(one.values)), reference ?? 0);
     super(parent, TimeChart.caption(title, series), [run.edges[0], run.edges[run.bins]],
-      ticks(most, 3));
+      ticks(most, box.levels), box);
     this.run = run;
     this.series = series;
     this.unit = unit;
@@ -75,13 +78,13 @@ class TimeChart extends Chart {
     if (reference !== null) {
       const y = this.y(reference);
       this.add("line", {
-        x1: CHART.left, x2: CHART.width - CHART.right, y1: y, y2: y, class: "reference",
+        x1: this.box.left, x2: this.box.width - this.box.right, y1: y, y2: y, class: "reference",
       });
     }
     series.forEach((one, number) => {
       this.add("path", { d: this.steps(one.values), class: number ? "line second" : "line" });
     });
-    this.now = this.add("line", { y1: CHART.top, y2: CHART.height - CHART.bottom, class: "now" });
+    this.now = this.add("line", { y1: this.box.top, y2: this.box.height - this.box.bottom, class: "now" });
     this.svg.setAttribute("aria-label", `${title} over time, at most ${told(most, 1)} ${unit}`);
     if (go) this.svg.addEventListener("click", (event) => go(this.binAt(event)));
   }
@@ -113,8 +116,8 @@ class TimeChart extends Chart {
     const { edges, bins } = this.run;
     const span = edges[bins] - edges[0];
     const step = [60, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200]
-      .find((length) => span / length <= 5) ?? 86400;
-    const y = CHART.height - CHART.bottom;
+      .find((length) => span / length <= this.box.times) ?? 86400;
+    const y = this.box.height - this.box.bottom;
     for (let time = edges[0]; time <= edges[bins] + 1; time += step) {
       this.add("line", { x1: this.x(time), x2: this.x(time), y1: y, y2: y + 4, class: "grid" });
       this.add("text", { x: this.x(time), y: y + 15, "text-anchor": "middle" }, this.run.clock(time));
@@ -123,8 +126,8 @@ class TimeChart extends Chart {
 
   binAt(event) {
     const box = this.svg.getBoundingClientRect();
-    const x = ((event.clientX - box.left) / box.width) * CHART.width;
-    const share = (x - CHART.left) / (CHART.width - CHART.left - CHART.right);
+    const x = ((event.clientX - box.left) / box.width) * this.box.width;
+    const share = (x - this.box.left) / (this.box.width - this.box.left - this.box.right);
     const { edges, bins } = this.run;
     const time = edges[0] + share * (edges[bins] - edges[0]);
     const bin = edges.findIndex((edge) => edge > time) - 1;
@@ -149,7 +152,7 @@ class DiagramChart extends Chart {
       ticks(largest(production), 3));
     this.points = accumulation.map((vehicles, bin) => [this.x(vehicles), this.y(production[bin])]);
     for (const tick of xTicks) {
-      this.add("text", { x: this.x(tick), y: CHART.height - 7, "text-anchor": "middle" }, told(tick));
+      this.add("text", { x: this.x(tick), y: this.box.height - 7, "text-anchor": "middle" }, told(tick));
     }
     const path = this.points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L");
     this.add("path", { d: `M${path}`, class: "grid", fill: "none" });

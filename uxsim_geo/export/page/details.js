@@ -17,14 +17,13 @@ class Details {
     const { run } = this;
     this.panel.append(element("h3", {}, run.name(link)));
     if (others.length > 1) this.panel.append(this.steps(link, others));
-    this.panel.append(this.attributes(link));
     this.now = element("dl", { class: "figures" });
     const box = element("div", { class: "link-charts" });
-    this.panel.append(element("h3", {}, "In this time step"), this.now, box);
+    this.panel.append(this.now, box, this.attributes(link));
     const steps = Array.from({ length: run.bins }, (_, step) => step);
     const curve = (key) => steps.map((step) => run[key](link, step));
     const add = (title, key, digits, options) => new TimeChart(
-      box, run, title, [{ label: "", values: curve(key), digits }], { go: this.calls.go, ...options },
+      box, run, title, [{ label: "", values: curve(key), digits }], { go: this.calls.go, box: SMALL_CHART, ...options },
     );
     this.charts = [
       add("Speed (dots: free)", "speed", 1, { unit: "km/h", reference: run.links.free_kmh[link] }),
