@@ -162,12 +162,12 @@ class Tab:
 
 
 @contextmanager
-def opened(folder: Path) -> Iterator[Tab]:
+def opened(folder: Path, *flags: str) -> Iterator[Tab]:
     """A browser with one tab; ``folder`` takes its profile. It ends with the block."""
     commands, answers = os.pipe(), os.pipe()
     # the browser reads from 3 and writes to 4, where pipes of ours may be already
     theirs = [fcntl.fcntl(end, fcntl.F_DUPFD, 64) for end in (commands[0], answers[1])]
-    arguments = [chromium(), *FLAGS, f"--user-data-dir={folder}"]
+    arguments = [chromium(), *FLAGS, *flags, f"--user-data-dir={folder}"]
     quiet = os.open(os.devnull, os.O_RDWR)
     actions = [
         *((os.POSIX_SPAWN_DUP2, quiet, standard) for standard in (0, 1, 2)),

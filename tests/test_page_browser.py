@@ -49,18 +49,23 @@ def roads() -> Network:
     return replace(table, nodes=nodes, links=links, notes=notes)
 
 
-@pytest.fixture(scope="module")
-def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
-    folder = tmp_path_factory.mktemp("page")
+def write_report(path: Path) -> Path:
+    """The page of a run on those streets."""
     streets = roads()
     result = simulate(streets, demand(("0", "4", 0.0, 1200.0, 600.0)), Settings(2400.0, 5))
     run = Run(streets, result, link_times(result, streets, bin_s=300.0))
     start = datetime(2026, 3, 4, 7, 30, tzinfo=timezone(timedelta(hours=1)))
     facts = {"seed": 7, "remark": EVIL[1]}
-    write_page(folder / "report.html", run, About(EVIL[0], start, facts, attribution=EVIL[2]))
+    write_page(path, run, About(EVIL[0], start, facts, attribution=EVIL[2]))
+    return path
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    folder = tmp_path_factory.mktemp("page")
     with opened(folder / "profile") as found:
         found.size(1280, 900)
-        found.open(folder / "report.html")
+        found.open(write_report(folder / "report.html"))
         yield found
     shutil.rmtree(folder / "profile", ignore_errors=True)
 
@@ -295,3 +300,29 @@ def test_a_notebook_shows_the_page_in_a_frame(tmp_path: Path) -> None:
         notebook.wait_for(f"{inside}?.ready === 'true'")
         assert notebook.run(f"{inside}.shown").startswith("speed ")
         assert notebook.complaints == []
+
+
+def test_tiles_are_asked_for_only_by_those_who_tick_them(tmp_path: Path) -> None:
+    with opened(tmp_path / "profile") as online:
+        online.open(write_report(tmp_path / "report.html"))
+        assert not [url for url in online.requests if url.startswith("http")]
+        online.run("document.getElementById('tiles').click()")
+        online.wait_for("!document.querySelector('#trouble').hidden")
+        asked = {url[:31] for url in online.requests if url.startswith("http")}
+        assert asked == {"https://tile.openstreetmap.org/"}
+        assert "cannot be loaded" in online.run("document.querySelector('#trouble').textContent")
+        assert online.run("document.querySelector('#tiles-attribution').hidden") is False
+        online.run("document.getElementById('tiles').click()")
+        assert online.run("document.querySelector('#trouble').hidden") is True
+
+
+def test_without_webgl_curves_and_tables_are_there(tmp_path: Path) -> None:
+    with opened(tmp_path / "profile", "--disable-3d-apis") as plain:
+        plain.open(write_report(tmp_path / "report.html"))
+        assert "WebGL" in plain.run("document.querySelector('#trouble').textContent")
+        assert plain.run("document.querySelectorAll('#network-charts svg').length") == 5
+        plain.run("slider.value = 4; slider.dispatchEvent(new Event('input'))")
+        assert plain.run("document.querySelector('#clock').textContent") == "07:50–07:55"
+        plain.run("document.querySelector('[data-worst=\"0\"]').click()")
+        assert plain.run("document.querySelectorAll('#details svg').length") == 4
+        assert plain.run("document.querySelectorAll('#trips-panel tbody tr').length") == 1

@@ -14,7 +14,7 @@ const LEAST_CIRCLE = 0.015;  // of the time lost at the worst junction in its wo
 const PALETTE = 10;  // numbers kept for the classes of a palette
 
 class RoadMap {
-  /** calls: {hover(link, point), choose(link), zone(number)} */
+  /** calls: {hover(link, point), choose(link), zone(number), worst(number), redraw(), trouble(text)} */
   constructor(run, container, calls) {
     this.run = run;
     this.calls = calls;
@@ -281,6 +281,8 @@ class RoadMap {
       });
       point = event.point;
     });
+    this.map.on("error", ({ error, sourceId }) => this.calls.trouble(sourceId === "tiles"
+      ? "The background map cannot be loaded; the rest needs no network." : `The map has a fault: ${error.message}`));
     this.map.on("mouseout", () => this.calls.hover(null, null));
     this.map.on("click", (event) => {
       const [zone] = this.map.queryRenderedFeatures(event.point, { layers: ["zones"] });

@@ -40,6 +40,7 @@ class Page {
       zone: (zone) => this.trips.choose(zone),
       worst: (number) => this.showWorst(number),
       redraw: () => this.draw(),
+      trouble,
     });
     await this.map.ready;
     this.trips.map = this.map;
@@ -51,6 +52,7 @@ class Page {
     byId("tiles").addEventListener("change", (event) => {
       this.map.showTiles(event.target.checked);
       byId("tiles-attribution").hidden = !event.target.checked;
+      byId("trouble").hidden = true;
     });
     byId("tiles").closest("label").hidden = !this.run.content.map.on_earth;
     window.addEventListener("beforeprint", () => this.printMap());
@@ -222,11 +224,12 @@ function byId(id) {
   return document.getElementById(id);
 }
 
+function trouble(text) {
+  byId("trouble").textContent = text;
+  byId("trouble").hidden = false;
+}
+
 async function openPage() {
-  const trouble = (text) => {
-    byId("trouble").textContent = text;
-    byId("trouble").hidden = false;
-  };
   if (typeof DecompressionStream === "undefined") {
     trouble("This browser is too old to unpack the page's data: take one from 2023 or later.");
     return;
