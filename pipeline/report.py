@@ -107,12 +107,12 @@ def _write_page(material: Material, path: Path) -> None:
     config = material.config
     osm = config.ingest.osm
     about = About(
-        title=config.name,
-        start=config.report.start,
-        facts=_information(material),
-        notes=material.notes,
-        attribution=attribution(config),
-        drives_left=osm is not None and osm.driving_side == "left",
+        config.report.start,
+        material.notes,
+        _information(material),
+        config.name,
+        "right" if osm is None else osm.driving_side,
+        attribution(config),
     )
     write_page(path, Run(material.network, material.result, material.states), about)
 

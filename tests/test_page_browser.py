@@ -56,7 +56,7 @@ def write_report(path: Path) -> Path:
     run = Run(streets, result, link_times(result, streets, bin_s=300.0))
     start = datetime(2026, 3, 4, 7, 30, tzinfo=timezone(timedelta(hours=1)))
     facts = {"seed": 7, "remark": EVIL[1]}
-    write_page(path, run, About(EVIL[0], start, facts, attribution=EVIL[2]))
+    write_page(path, run, About(start, None, facts, EVIL[0], attribution=EVIL[2]))
     return path
 
 
@@ -242,7 +242,7 @@ def test_a_city_of_13_000_links_is_small_enough_and_moves(
     tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     run = city(57, bins=96)
-    write_page(tmp_path / "city.html", run, About("city", datetime(2026, 1, 1, tzinfo=UTC)))
+    write_page(tmp_path / "city.html", run, About(datetime(2026, 1, 1, tzinfo=UTC)))
     assert len(run.network.links) > 12_700
     assert (tmp_path / "city.html").stat().st_size < 6e6
     with opened(tmp_path / "profile") as city_tab:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import geopandas as gpd
@@ -26,7 +27,7 @@ from uxsim_geo.export.page.zones import zones
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
-ABOUT = About("a test", datetime(2026, 3, 4, 7, 30, tzinfo=UTC))
+ABOUT = About(datetime(2026, 3, 4, 7, 30, tzinfo=UTC), name="a test")
 BIN = 300.0
 
 
@@ -156,6 +157,11 @@ def test_nobody_on_the_road_makes_a_page_too() -> None:
     text = page(run_of(roads, demand(("1", "2", 4000.0, 4100.0, 50.0))), ABOUT)
     assert "Nobody was delayed." in text
     assert (codes(text, "density") == 0).all()
+
+
+def test_traffic_on_the_left_is_drawn_there(busy: Run) -> None:
+    assert document(page(busy, replace(ABOUT, driving_side="left")))["map"]["left"] is True
+    assert document(page(busy, ABOUT))["map"]["left"] is False
 
 
 def test_the_same_run_gives_the_same_page_in_one_piece(busy: Run, tmp_path) -> None:

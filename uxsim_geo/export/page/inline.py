@@ -50,4 +50,4 @@ def explore(
     """
     run = Run(network, result, link_times(result, network, bin_s=bin_s))
     facts = {"seed": result.settings.seed, "duration_s": result.settings.duration}
-    return InlinePage(page(run, about or About("Traffic", NO_DATE, facts)))
+    return InlinePage(page(run, about or About(NO_DATE, information=facts)))

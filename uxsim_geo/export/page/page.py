@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -57,22 +57,24 @@ class About:
 
     start
         what the clock shows at 0 s, with its time zone
-    facts
-        names and values: configuration, versions, seed
     notes
         of the import (:data:`uxsim_geo.network.network.NOTE_COLUMNS`); None: those of the network
+    information
+        names and values: configuration, versions, seed
+    name
+        of the run, the page's title
+    driving_side
+        the side of their direction of travel on which links are drawn
     attribution
         whom the map's data come from, where that must be said
-    drives_left
-        links are drawn on the left of their direction of travel
     """
 
-    title: str
     start: datetime
-    facts: Mapping[str, object] = field(default_factory=dict)
     notes: pd.DataFrame | None = None
+    information: Mapping[str, object] = field(default_factory=dict)
+    name: str = "Traffic"
+    driving_side: Literal["right", "left"] = "right"
     attribution: str = ""
-    drives_left: bool = False
 
     def __post_init__(self) -> None:
         if self.start.tzinfo is None:
@@ -108,7 +110,7 @@ def page(run: Run, about: About) -> str:
         merged_min=None if len(edges) > len(grid.begin) else f"{np.diff(edges).max() / 60:g}",
         notes=note_rows(notes),
         times=times_in_words(about.start),
-        facts=fact_rows(about.facts),
+        facts=fact_rows(about.information),
         parts=_parts(run, about, tables, places),
     )
 
@@ -130,7 +132,7 @@ def _parts(run: Run, about: About, tables: Tables, places: Places) -> dict[str, 
     """What the scripts unpack, by the id of its tag."""
     content = document(tables, places, about.start)
     content["links"] = link_columns(run.network, run.result.settings.reaction_time, tables.volume)
-    content["map"] = {"on_earth": places.on_earth, "left": about.drives_left}
+    content["map"] = {"on_earth": places.on_earth, "left": about.driving_side == "left"}
     points, deltas = packed_lines(places.lines)
     return {
         "document": packed_json(content),
