@@ -282,7 +282,7 @@ class World(Scenario):
         from uxsim_geo.export.page.inline import explore
         from uxsim_geo.export.page.page import About
 
-        about = About(NO_DATE, name=self.name, information={"seed": self.random_seed})
+        about = About(NO_DATE, name=self.name or "World", information={"seed": self.random_seed})
         return explore(self.network, self.result, bin_s=bin_s, about=about)
 
     def _start(self) -> Run:

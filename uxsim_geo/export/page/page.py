@@ -39,7 +39,7 @@ TEMPLATE = "report.html.jinja"
 STYLE = "report.css"
 
 #: in the order in which they build on one another
-SCRIPTS = ("data.js", "charts.js", "map.js", "details.js", "trips.js", "report.js")
+SCRIPTS = ("data.js", "charts.js", "layers.js", "map.js", "details.js", "trips.js", "report.js")
 
 
 @dataclass(frozen=True)

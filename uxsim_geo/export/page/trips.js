@@ -106,9 +106,10 @@ class Trips {
 
   circles() {
     const most = Math.max(...this.from, ...this.to);
+    const largest = this.zones.points.length > 100 ? 6 : 12;
     return this.zones.points.map((point, zone) => ({
       type: "Feature",
-      properties: { zone, radius: 3 + 12 * Math.sqrt((this.from[zone] + this.to[zone]) / (2 * most)) },
+      properties: { zone, radius: 3 + largest * Math.sqrt((this.from[zone] + this.to[zone]) / (2 * most)) },
       geometry: { type: "Point", coordinates: point },
     }));
   }
