@@ -111,7 +111,7 @@ def _write_page(material: Material, path: Path) -> None:
         material.notes,
         _information(material),
         config.name,
-        "right" if osm is None else osm.driving_side,
+        "right" if osm is None else osm.side(),
         attribution(config),
     )
     write_page(path, Run(material.network, material.result, material.states), about)

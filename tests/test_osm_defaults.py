@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from osm_files import both_ways, node, read, read_data, way
 
 from uxsim_geo.errors import InputError
+from uxsim_geo.network.driving_side import LEFT
 from uxsim_geo.network.osm import read_osm_network
 from uxsim_geo.network.osm_defaults import read_defaults
 from uxsim_geo.network.osm_options import ROAD_CLASSES, OsmOptions
@@ -43,6 +45,33 @@ def test_larger_roads_go_first_where_links_meet() -> None:
     assert weights == sorted(set(weights), reverse=True)
 
 
+def test_a_carriageway_of_a_wide_road_has_more_lanes_than_one_direction_of_a_narrow_one(
+    tmp_path: Path,
+) -> None:
+    defaults = read_defaults(OsmOptions())
+    assert defaults.lanes("default", "secondary") == 1
+    assert defaults.lanes("default", "secondary", oneway=True) == 2
+    assert defaults.lanes("default", "residential", oneway=True) == 1
+    assert defaults.lanes("BR", "primary", oneway=True) == 3
+    own = tmp_path / "own.csv"
+    own.write_text("country,road_class,lanes\ndefault,secondary,4\n", encoding="utf-8")
+    more = read_defaults(OsmOptions(class_table=own))
+    assert more.lanes("default", "secondary", oneway=True) == 4  # at least those of a direction
+
+
+def test_roundabouts_are_no_carriageways(tmp_path: Path) -> None:
+    network = read(
+        tmp_path,
+        *(node(number, float(number), float(number % 2)) for number in (1, 2, 3, 4)),
+        way(10, [1, 2], {"highway": "secondary", "oneway": "yes"}),
+        way(11, [2, 3, 4, 2], {"highway": "secondary", "junction": "roundabout"}),
+        way(12, [3, 1], {"highway": "secondary"}),
+    )
+    lanes = network.links.groupby("source_id")["lanes"].unique()
+    assert [list(lanes[number]) for number in ("10", "11", "12")] == [[2], [1], [1]]
+    assert set(network.links["lanes_source"]) == {"assumed"}
+
+
 def test_own_rows_go_before_the_shipped_ones_cell_by_cell(tmp_path: Path) -> None:
     options = own_classes(tmp_path, "default,residential,20 mph,2,\nDE,motorway,,4,\n")
     defaults = read_defaults(options)
@@ -72,6 +101,90 @@ def test_own_zones(tmp_path: Path) -> None:
     assert defaults.zone("FR", "urban") == pytest.approx(50 / 3.6)
     assert defaults.zone("DE", "none") == pytest.approx(100 / 3.6)
     assert defaults.zone("DE", "nowhere") is None
+
+
+#: countries of the measured files and those that analysts ask for most
+COUNTRIES = (
+    *("AD", "AR", "AT", "AU", "BE", "BR", "CA", "CH", "CL", "CN", "CO", "CZ", "DE", "DK", "ES"),
+    *("FI", "FR", "GB", "GR", "HR", "HU", "IE", "IL", "IN", "IT", "JP", "KR", "LU", "MC", "MX"),
+    *("NL", "NO", "NZ", "PL", "PT", "RO", "RS", "SE", "SG", "SI", "SK", "TH", "TR", "US", "ZA"),
+)
+
+#: km/h of zones that were looked up one by one: laws of the countries, see docs/networks.md
+LOOKED_UP = {
+    ("AT", "rural"): 100,
+    ("BE-BRU", "urban"): 30,
+    ("BR", "rural"): 100,
+    ("CH", "rural"): 80,
+    ("DK", "living_street"): 15,
+    ("ES", "urban"): 30,
+    ("FI", "rural"): 80,
+    ("FR", "rural"): 80,
+    ("GB-WLS", "nsl_restricted"): 20 * 1.609344,
+    ("IE", "rural"): 60,
+    ("MC", "urban"): 50,
+    ("PL", "trunk"): 120,
+    ("RS", "motorway"): 130,
+    ("TR", "motorway"): 130,
+    ("US-OR", "rural"): 55 * 1.609344,
+    ("ZA", "urban"): 60,
+}
+
+
+@pytest.mark.parametrize("country", COUNTRIES)
+def test_countries_are_known_with_speeds_that_go_together(country: str) -> None:
+    defaults = read_defaults(OsmOptions(country=country))
+    speeds = {zone: defaults.zone(country, zone) or 0.0 for zone in ("urban", "rural", "motorway")}
+    assert 0 < speeds["urban"] <= speeds["rural"] <= speeds["motorway"]
+    assert defaults.speed(country, "residential") <= 50 / 3.6 + 1e-9
+    assert defaults.speed(country, "residential") <= defaults.speed(country, "primary")
+
+
+@pytest.mark.parametrize("road_class", ["motorway", "living_street"])
+def test_classes_that_are_zones_have_their_speeds(road_class: str) -> None:
+    defaults = read_defaults(OsmOptions())
+    zones = {key[0]: speed for key, speed in defaults.zones.items() if key[1] == road_class}
+    classes = {
+        key[0]: speed
+        for key, speed in defaults.classes.items()
+        if key[1:] == (road_class, "speed") and key[0] != "default"
+    }
+    assert set(zones) - {"default"} <= set(classes)
+    assert all(zones.get(country, speed) == speed for country, speed in classes.items())
+
+
+@pytest.mark.parametrize("place", LOOKED_UP)
+def test_speeds_of_the_law(place: tuple[str, str]) -> None:
+    found = read_defaults(OsmOptions()).zone(*place)
+    assert found == pytest.approx(LOOKED_UP[place] / 3.6)
+
+
+@pytest.mark.parametrize(
+    ("country", "told", "side"),
+    [
+        ("default", None, "right"),
+        ("DE", None, "right"),
+        ("GB", None, "left"),
+        ("UK", None, "left"),
+        ("GB-WLS", None, "left"),
+        ("AU-WA", None, "left"),
+        ("JP", None, "left"),
+        ("IE", None, "left"),
+        ("US", None, "right"),
+        ("VI", None, "left"),
+        ("GB", "right", "right"),
+        ("default", "left", "left"),
+    ],
+)
+def test_the_side_is_that_of_the_country_unless_told(
+    country: str, told: Literal["right", "left"] | None, side: str
+) -> None:
+    assert OsmOptions(country=country, driving_side=told).side == side
+
+
+def test_as_many_countries_drive_on_the_left_as_lists_have() -> None:
+    assert len(LEFT - {"UK"}) == 75
+    assert all(len(code) == 2 for code in LEFT)
 
 
 def test_merge_priorities_are_those_of_the_class() -> None:
@@ -128,6 +241,8 @@ def test_tables_that_are_none_are_told(tmp_path: Path, content: str) -> None:
         {"road_classes": ()},
         {"road_classes": ("motorway", "footway")},
         {"driving_side": "middle"},
+        {"barriers": "closed"},
+        {"bus_lanes": None},
         {"jam_density": 0.0},
         {"signal_distance": float("nan")},
         {"max_unpacked_mb": -1.0},

@@ -36,7 +36,7 @@ class InlinePage:
     def save(self, path: Path | str) -> None:
         """Write the page to a file; it takes its name when it is complete."""
         with replace_when_complete(Path(path)) as temporary:
-            temporary.write_text(self.text, encoding="utf-8")
+            temporary.write_text(self.text, encoding="utf-8", newline="\n")
 
 
 def explore(

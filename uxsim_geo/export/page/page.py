@@ -85,7 +85,7 @@ def write_page(path: Path, run: Run, about: About) -> None:
     """Write the page; it takes its name when it is complete. Errors as of :func:`page`."""
     text = page(run, about)
     with replace_when_complete(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
 def page(run: Run, about: About) -> str:

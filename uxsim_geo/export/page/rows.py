@@ -40,13 +40,13 @@ def worst_rows(
 
 
 def note_rows(notes: pd.DataFrame) -> dict[str, Any]:
-    """Notes of the import, warnings first.
+    """Notes of the import: warnings, doubts, then the rest.
 
     topics (severity, topic, how many, the first of them), rows (the first :data:`MOST_NOTES`),
     count (of all)
     """
     text = notes.reindex(columns=list(NOTE_COLUMNS)).astype("string").fillna("")
-    text = text.sort_values("severity", key=lambda column: column != "warning", kind="stable")
+    text = text.sort_values("severity", key=_rank, kind="stable")
     topics = [
         {
             "severity": rows["severity"].iloc[0],
@@ -62,6 +62,11 @@ def note_rows(notes: pd.DataFrame) -> dict[str, Any]:
 def fact_rows(facts: Mapping[str, object]) -> dict[str, str]:
     """Names in words, values as text."""
     return {name.replace("_", " "): _as_text(value) for name, value in facts.items()}
+
+
+def _rank(severity: pd.Series) -> pd.Series:
+    """Places of severities, the gravest first."""
+    return severity.map({"warning": 0, "doubt": 1}).fillna(2)
 
 
 def _in_words(note: pd.Series) -> str:
