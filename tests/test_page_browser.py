@@ -175,7 +175,24 @@ def test_search_finds_a_street_by_any_name(tab: Tab, name: str) -> None:
     tab.wait_for(f"document.querySelector('#details h3') && {LINK}.includes(search.value)")
     assert tab.run(LINK) == name
     tab.run("search.value = 'no such street'; search.dispatchEvent(new Event('change'))")
-    assert "No street" in tab.run("found.textContent")
+    assert "No street, link or zone" in tab.run("found.textContent")
+
+
+def test_search_finds_links_and_zones_by_their_ids(tab: Tab) -> None:
+    def found(text: str) -> str:
+        tab.run(f"search.value = {text!r}; search.dispatchEvent(new Event('change'))")
+        return str(tab.run("found.textContent"))
+
+    tab.run("trafficReport.choose(0, [0])")
+    assert found("zone 4").startswith("Zone 4:")
+    assert tab.run("zone.selectedOptions[0].textContent") == "4"
+    assert tab.run("document.querySelectorAll('.zone-mark').length") >= 1
+    tab.run("document.getElementById('trips-on-map').click()")
+    tab.run(
+        "search.value = trafficReport.run.links.ids[2]; search.dispatchEvent(new Event('change'))"
+    )
+    assert tab.run("found.textContent") == f"link id {EVIL[2]}"
+    assert tab.run(LINK) == EVIL[2]
 
 
 def test_names_come_out_as_text(tab: Tab) -> None:

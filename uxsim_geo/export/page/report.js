@@ -196,27 +196,45 @@ class Page {
   }
 
   addSearch() {
-    const { names, ids, named } = this.run.links;
+    const { names, named } = this.run.links;
     const streets = named ? names.filter((name) => !name.includes(" → ")) : names;
     const options = [...streets].sort((a, b) => a.localeCompare(b)).slice(0, MOST_SUGGESTIONS);
     byId("streets").append(...options.map((name) => element("option", { value: name })));
-    const lower = names.map((name) => name.toLowerCase());
     byId("search").addEventListener("change", (event) => {
       const wanted = event.target.value.trim().toLowerCase();
-      if (!wanted) return;
-      const link = ids.findIndex((id) => id.toLowerCase() === wanted);
-      let name = lower.indexOf(wanted);
-      if (name < 0 && link < 0) name = lower.findIndex((one) => one.includes(wanted));
-      if (name < 0 && link < 0) {
-        byId("found").textContent = "No street or link is called so.";
-        return;
-      }
-      const found = name < 0 ? [link] : this.linksOf(name);
-      const words = found.length > 1 ? `${told(found.length)} links, the one that loses most time now first` : `link ${ids[found[0]]}`;
-      byId("found").textContent = name < 0 ? words : `${names[name]}: ${words}`;
-      this.choose(found[0], found);
-      this.map?.goTo(found);
+      if (wanted) byId("found").textContent = this.find(wanted);
     });
+  }
+
+  /** Show the street, link or zone of that name, else a street with it in its name; say what it is. */
+  find(wanted) {
+    const { names, ids } = this.run.links;
+    const zones = this.run.content.zones.names;
+    const same = (one) => one.toLowerCase() === wanted;
+    const name = names.findIndex(same);
+    if (name >= 0) return this.findStreet(name);
+    const link = ids.findIndex(same);
+    if (link >= 0) return this.showFound([link], `link ${ids[link]}`);
+    const zone = zones.findIndex((one) => same(one) || `zone ${one.toLowerCase()}` === wanted);
+    if (zone >= 0) {
+      this.trips.choose(zone, true);
+      return `Zone ${zones[zone]}: its trips are on the map and in the table below.`;
+    }
+    const like = names.findIndex((one) => one.toLowerCase().includes(wanted));
+    return like >= 0 ? this.findStreet(like) : "No street, link or zone is called so.";
+  }
+
+  findStreet(name) {
+    const found = this.linksOf(name);
+    const words = found.length > 1 ? `${told(found.length)} links, the one that loses most time now first`
+      : `link ${this.run.links.ids[found[0]]}`;
+    return this.showFound(found, `${this.run.links.names[name]}: ${words}`);
+  }
+
+  showFound(links, words) {
+    this.choose(links[0], links);
+    this.map?.goTo(links);
+    return words;
   }
 }
 

@@ -48,8 +48,12 @@ class Trips {
     this.fill();
   }
 
-  choose(zone) {
+  choose(zone, onMap = false) {
     this.select.value = zone;
+    if (onMap) this.check.checked = true;
+    // a zone that only receives trips shows those
+    const sums = { from: this.from[zone], to: this.to[zone] };
+    if (!sums[this.direction.value]) this.direction.value = sums.from ? "from" : "to";
     this.update();
   }
 
