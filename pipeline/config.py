@@ -21,18 +21,20 @@ from pipeline.plot_config import PlotEntry
 from uxsim_geo.settings import Settings
 
 
-def _in_utc(instant: datetime) -> datetime:
+def _fits_in_utc(instant: datetime) -> datetime:
+    """Leave the zone as given: the clock of the page shows it."""
     try:
-        return instant.astimezone(UTC)
+        instant.astimezone(UTC)
     except OverflowError:
         raise ValueError("must lie in the years 1 to 9999, also in UTC") from None
+    return instant
 
 
 #: what a report can hold; ``pipeline.report`` has one function for each
-Output = Literal["geopackage", "space_time"]
+Output = Literal["geopackage", "space_time", "page"]
 
 
-Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
+Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_fits_in_utc)]
 
 
 class SimulateSection(LocatedSection):

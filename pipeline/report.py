@@ -21,6 +21,8 @@ from uxsim_geo.files import replace_when_complete
 
 SUMMARY = "summary.json"
 
+OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL"
+
 
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
     tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "import_notes"))
@@ -99,6 +101,27 @@ def _write_space_time(material: Material, path: Path) -> None:
     write_space_time(path, material.network, material.states, material.config.name)
 
 
+def _write_page(material: Material, path: Path) -> None:
+    from uxsim_geo.export.page.page import About, Run, write_page
+
+    config = material.config
+    osm = config.ingest.osm
+    about = About(
+        config.report.start,
+        material.notes,
+        _information(material),
+        config.name,
+        "right" if osm is None else osm.side(),
+        attribution(config),
+    )
+    write_page(path, Run(material.network, material.result, material.states), about)
+
+
+def attribution(config: Config) -> str:
+    """Whom the network comes from, where its licence asks that this be said."""
+    return OSM_ATTRIBUTION if config.ingest.format == "osm" else ""
+
+
 def _information(material: Material) -> dict[str, object]:
     """Return what run_info says: nothing that differs between two equal runs."""
     import uxsim_geo.version
@@ -123,4 +146,5 @@ def _information(material: Material) -> dict[str, object]:
 OUTPUTS: dict[Output, tuple[str, Callable[[Material, Path], None]]] = {
     "geopackage": ("results.gpkg", _write_geopackage),
     "space_time": ("space_time.png", _write_space_time),
+    "page": ("report.html", _write_page),
 }
