@@ -22,21 +22,23 @@ from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.settings import Settings
 
 
-def _in_utc(instant: datetime) -> datetime:
+def _fits_in_utc(instant: datetime) -> datetime:
+    """Leave the zone as given: the clock of the page shows it."""
     try:
-        return instant.astimezone(UTC)
+        instant.astimezone(UTC)
     except OverflowError:
         raise ValueError("must lie in the years 1 to 9999, also in UTC") from None
+    return instant
 
 
 #: what a report can hold; ``pipeline.report`` has one function for each
-Output = Literal["geopackage", "space_time", "geoparquet", "flatgeobuf"]
+Output = Literal["geopackage", "space_time", "geoparquet", "flatgeobuf", "page"]
 
 #: layers of a results file that can be left out; ``uxsim_geo.export.run_layers`` makes them
 LayerName = Literal["link_times", "od_lines", "trajectories", "import_notes"]
 
 
-Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
+Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_fits_in_utc)]
 
 
 class SimulateSection(LocatedSection):
@@ -129,7 +131,9 @@ class ReportSection(LocatedSection):
         description="date and time of second 0, with its zone, as in 2024-05-01T07:00:00+02:00",
     )
     outputs: tuple[Output, ...] = Field(
-        ("geopackage", "space_time"), strict=False, description="which outputs to write"
+        ("geopackage", "space_time", "page"),
+        strict=False,
+        description="which outputs to write",
     )
     layers: tuple[LayerName, ...] = Field(
         typing.get_args(LayerName),

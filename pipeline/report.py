@@ -13,7 +13,15 @@ from pipeline.config import Config, Output
 from pipeline.config_keys import files_in
 from pipeline.material import Material, check_bins_of_report, read_material
 from pipeline.plots import FOLDER, check_plots, write_plot
-from pipeline.results_files import Writers, flatgeobuf, geopackage, geoparquet
+from pipeline.results_files import (
+    Writers,
+    attribution,
+    driving_side,
+    flatgeobuf,
+    geopackage,
+    geoparquet,
+    information,
+)
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS
 from pipeline.stages import Outcome, Stage, Task
@@ -90,10 +98,26 @@ def _write_space_time(material: Material, path: Path) -> None:
     write_space_time(path, material.network, material.states, material.config.name)
 
 
+def _write_page(material: Material, path: Path) -> None:
+    from uxsim_geo.export.page.page import About, Run, write_page
+
+    config = material.config
+    about = About(
+        config.report.start,
+        material.notes,
+        information(material),
+        config.name,
+        driving_side(config),
+        attribution(config),
+    )
+    write_page(path, Run(material.network, material.result, material.states), about)
+
+
 #: the function that gives the writer of each file, by the output's name in a configuration
 OUTPUTS: dict[Output, Callable[[Material], Writers]] = {
     "geopackage": geopackage,
     "space_time": lambda material: {"space_time.png": partial(_write_space_time, material)},
+    "page": lambda material: {"report.html": partial(_write_page, material)},
     "geoparquet": geoparquet,
     "flatgeobuf": flatgeobuf,
 }

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from uxsim_geo.network.driving_side import DrivingSide
 
 FOLDER = "layers"
+
+OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL"
 Writers = dict[str, Callable[[Path], None]]
 
 
@@ -65,11 +67,9 @@ def driving_side(config: Config) -> DrivingSide:
 
 def attribution(config: Config) -> str:
     """Who is to be named where results are shown; empty: nobody that is known."""
-    from uxsim_geo.network.osm_answer import ATTRIBUTION
-
     if config.report.attribution is not None:
         return config.report.attribution
-    return ATTRIBUTION if config.ingest.format == "osm" else ""
+    return OSM_ATTRIBUTION if config.ingest.format == "osm" else ""
 
 
 def information(material: Material) -> dict[str, object]:

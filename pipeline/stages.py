@@ -31,6 +31,7 @@ from pipeline.runs import (
 DISTRIBUTIONS = (
     "geopandas",
     "jinja2",
+    "maplibre",
     "matplotlib",
     "numba",
     "numpy",
@@ -44,7 +45,7 @@ DISTRIBUTIONS = (
 )
 
 #: ends of the names of files that the program consists of
-SOURCES = (".py", ".csv", ".jinja", ".toml")
+SOURCES = (".py", ".csv", ".toml", ".jinja", ".css", ".js")
 
 
 @dataclass(frozen=True)

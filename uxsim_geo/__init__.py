@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from uxsim_geo.control.site import Measure
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.errors import InputError
+    from uxsim_geo.export.page.inline import explore
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Progress, Result
     from uxsim_geo.settings import Settings
@@ -30,6 +31,7 @@ __all__ = [
     "Settings",
     "World",
     "__version__",
+    "explore",
     "simulate",
 ]
 
@@ -41,6 +43,7 @@ _HOMES = {
     "Settings": "settings",
     "World": "world.world",
     "__version__": "version",
+    "explore": "export.page.inline",
 }
 
 

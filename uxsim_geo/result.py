@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -57,3 +59,24 @@ class Result:
     locked_vehicles: int
     notes: tuple[str, ...] = ()
     speed_limits: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: how many vehicles did what."""
+        vehicles = self.trips["vehicles"].groupby(self.trips["status"].astype(str)).sum()
+        rows = [(f"vehicles {status}", f"{number:,.0f}") for status, number in vehicles.items()]
+        rows += [
+            ("link entries", f"{len(self.events):,}"),
+            ("simulated", f"{self.settings.duration:,g} s"),
+            ("gridlock", "yes" if self.locked_vehicles else "no"),
+            ("seed", str(self.settings.seed)),
+        ]
+        return html_table(rows)
+
+
+def html_table(rows: Iterable[tuple[str, str]]) -> str:
+    """Names and values as a small table for notebooks."""
+    cells = (
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+        for name, value in rows
+    )
+    return f"<table>{''.join(cells)}</table>"

@@ -20,7 +20,7 @@ def edie_states(distance: Floats, time: Floats, area: Floats) -> dict[str, Float
 
 
 def ratio(numerator: Floats, denominator: Floats) -> Floats:
-    """The quotient, NaN where the denominator is 0."""
-    nothing = np.full(len(numerator), np.nan)
+    """The quotient of two arrays of one shape, NaN where the denominator is 0."""
+    nothing = np.full(np.shape(numerator), np.nan)
     quotient: Floats = np.divide(numerator, denominator, out=nothing, where=denominator > 0)
     return quotient

@@ -30,6 +30,7 @@ from uxsim_geo.world.scenario import (
 if TYPE_CHECKING:
     import numpy as np
 
+    from uxsim_geo.export.page.inline import InlinePage
     from uxsim_geo.network.network import Network
     from uxsim_geo.world.analyzer import Analyzer
     from uxsim_geo.world.figures import Figure
@@ -270,6 +271,19 @@ class World(Scenario):
         title = self.name or "network"
         figure = network_figure(self.network, title, size=figsize, font_size=network_font_size)
         return pictures.finish(self, figure, "network")
+
+    def explore(self, bin_s: float = 300.0) -> InlinePage:
+        """Map, curves and tables of the run so far, as the value of a notebook's cell.
+
+        ``bin_s`` is the length of a time step, s; errors as of
+        :func:`uxsim_geo.export.page.inline.explore`.
+        """
+        from uxsim_geo.export.page.headlines import NO_DATE
+        from uxsim_geo.export.page.inline import explore
+        from uxsim_geo.export.page.page import About
+
+        about = About(NO_DATE, name=self.name or "World", information={"seed": self.random_seed})
+        return explore(self.network, self.result, bin_s=bin_s, about=about)
 
     def _start(self) -> Run:
         """Hand the scenario to the engine."""
