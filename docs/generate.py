@@ -1,4 +1,4 @@
-"""Writes ``config.md`` and ``config.schema.json`` from the models of the configuration."""
+"""Writes what the code says into pages: the configuration with its schema, layers and columns."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from pipeline.config import Config
 from pipeline.config_file import sections_in
 from pipeline.config_keys import ChosenLinks, Period
 from pipeline.demand_config import PlacesSection, ZonesSection
+from uxsim_geo.export.columns import LAYERS, Layer
 
 HEAD = """# Configuration
 
@@ -33,6 +34,10 @@ SHARED: dict[type[BaseModel], str] = {
     PlacesSection: "Places of demand",
     ZonesSection: "Zones",
 }
+
+#: what stands between these lines of ``results.md`` is made here
+BEGIN = "<!-- made by docs/generate.py from uxsim_geo/export/columns.py -->"
+END = "<!-- end of what docs/generate.py makes -->"
 
 TYPE_NAMES: dict[object, str] = {
     str: "text",
@@ -54,6 +59,30 @@ def configuration_page() -> str:
 def configuration_schema() -> str:
     """Return the JSON schema of a configuration."""
     return json.dumps(Config.model_json_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def results_page(page: str) -> str:
+    """Return the page of the results with its part of layers and columns made anew."""
+    before, begin, rest = page.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    layers = "\n".join(_layer(name, layer) for name, layer in LAYERS.items())
+    return f"{before}{begin}\n\n{layers}\n{end}{after}"
+
+
+def _layer(name: str, layer: Layer) -> str:
+    lines = [
+        f"## {name}",
+        "",
+        layer.what,
+        "",
+        "| column | unit | what | empty |",
+        "|---|---|---|---|",
+    ]
+    lines += [
+        f"| `{column.name}` | {column.unit} | {column.what} | {column.empty} |"
+        for column in layer.columns
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def _section(model: type[BaseModel], above: str) -> str:
@@ -129,3 +158,5 @@ if __name__ == "__main__":
     folder = Path(__file__).parent
     (folder / "config.md").write_text(configuration_page(), encoding="utf-8")
     (folder / "config.schema.json").write_text(configuration_schema(), encoding="utf-8")
+    results = folder / "results.md"
+    results.write_text(results_page(results.read_text(encoding="utf-8")), encoding="utf-8")

@@ -18,6 +18,7 @@ from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
 from pipeline.ingest_config import IngestSection
 from pipeline.plot_config import PlotEntry
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.settings import Settings
 
 
@@ -31,7 +32,10 @@ def _fits_in_utc(instant: datetime) -> datetime:
 
 
 #: what a report can hold; ``pipeline.report`` has one function for each
-Output = Literal["geopackage", "space_time", "page"]
+Output = Literal["geopackage", "space_time", "geoparquet", "flatgeobuf", "page"]
+
+#: layers of a results file that can be left out; ``uxsim_geo.export.run_layers`` makes them
+LayerName = Literal["link_times", "od_lines", "trajectories", "import_notes"]
 
 
 Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_fits_in_utc)]
@@ -106,8 +110,20 @@ class SimulateSection(LocatedSection):
         )
 
 
+class TrajectoriesSection(Section):
+    """Which ways of vehicles the layer `trajectories` holds."""
+
+    trips: int = Field(1000, ge=1, description="so many, spread evenly over all that drove")
+    step_s: float = Field(10.0, gt=0, description="places are exact at multiples of it, s")
+
+
 class ReportSection(LocatedSection):
-    """What is made of the results."""
+    """What is made of the results.
+
+    `geopackage` makes results.gpkg; `geoparquet` and `flatgeobuf` write the same layers to a file
+    each in the folder layers/, the first for archives, the second, of layers with geometry, for the
+    web.
+    """
 
     bin_s: float = Field(300.0, gt=0, description="length of a time bin in tables and plots, s")
     start: Instant = Field(
@@ -115,7 +131,28 @@ class ReportSection(LocatedSection):
         description="date and time of second 0, with its zone, as in 2024-05-01T07:00:00+02:00",
     )
     outputs: tuple[Output, ...] = Field(
-        typing.get_args(Output), strict=False, description="which outputs to write"
+        ("geopackage", "space_time", "page"),
+        strict=False,
+        description="which outputs to write",
+    )
+    layers: tuple[LayerName, ...] = Field(
+        typing.get_args(LayerName),
+        strict=False,
+        description="which layers to write beside nodes, links and run_info; link_times brings "
+        "link_states, its view with geometry",
+    )
+    trajectories: TrajectoriesSection = Field(
+        TrajectoriesSection(), description="section: which ways of vehicles to write"
+    )
+    driving_side: DrivingSide | None = Field(
+        None,
+        description="the side of the road on which maps show traffic; none: that of ingest.osm, "
+        "else right",
+    )
+    attribution: str | None = Field(
+        None,
+        description="who is to be named where results are shown, as text; none: © OpenStreetMap "
+        "contributors for its roads, else nobody",
     )
     plots: tuple[PlotEntry, ...] = Field(
         (

@@ -73,7 +73,8 @@ class OsmSection(Section):
         "code as DE",
     )
     driving_side: DrivingSide | None = Field(
-        None, description="noted with the import; none: that of the country"
+        None,
+        description="noted with the import, maps show traffic there; none: that of the country",
     )
     private: bool = Field(
         False, description="roads of private access, of residents and deliveries too"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -97,7 +98,10 @@ def describe_geopackage(path: Path) -> str:
     from pyogrio.errors import DataSourceError
 
     try:
-        layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
+        with warnings.catch_warnings():
+            # pyogrio leaves out the fourth coordinate of trajectories, and says so
+            warnings.filterwarnings("ignore", message="Measured")
+            layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
     except DataSourceError as error:
         raise InputError(
             [Fault(f"is no GeoPackage that can be read: {error}", str(path))]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pipeline import ingest, simulate
 from pipeline.config import Config
+from pipeline.runs import FileRecord
 from pipeline.signal_tables import SIGNALS, signals_of
 from pipeline.stages import Task
 from uxsim_geo.analysis.table_size import MOST_BINS, MOST_STATES, shortest_step
@@ -31,6 +32,8 @@ class Material:
         of the import, network and demand together
     signals
         that held: those of the configuration and of the network's own table
+    sources
+        what ingestion read, by name, as its manifest records them
     """
 
     config: Config
@@ -38,6 +41,7 @@ class Material:
     notes: pd.DataFrame
     result: Result
     signals: tuple[Signal, ...]
+    sources: Mapping[str, FileRecord] = field(default_factory=dict)
 
     @cached_property
     def passages(self) -> Passages:
@@ -57,6 +61,26 @@ class Material:
         from uxsim_geo.analysis.summary import summary
 
         return summary(self.result, self.network)
+
+    @property
+    def layer_names(self) -> tuple[str, ...]:
+        """Of the layers that are tables of their own."""
+        from uxsim_geo.export.run_layers import names_of_layers
+
+        return names_of_layers(self.network, self.config.report.layers)
+
+    @cached_property
+    def layers(self) -> dict[str, pd.DataFrame]:
+        """What results files hold, by name: :func:`uxsim_geo.export.run_layers.layers_of_run`."""
+        from pipeline.results_files import describe
+        from uxsim_geo.export.run_layers import Run, layers_of_run
+        from uxsim_geo.export.trajectory_layer import Sample
+
+        run = Run(self.network, self.result, self.states, self.passages)
+        told = self.config.report.trajectories
+        return layers_of_run(
+            run, describe(self), self.config.report.layers, Sample(told.trips, told.step_s)
+        )
 
     def states_in(self, bin_s: float, links: tuple[str, ...] | None = None) -> pd.DataFrame:
         """Links, or all, in time bins: :func:`uxsim_geo.analysis.link_states.link_times`."""
@@ -88,6 +112,7 @@ def read_material(task: Task) -> Material:
             *(entry.measure() for entry in task.config.simulate.control.signals),
             *signals_of(task.config, task.folder / SIGNALS),
         ),
+        sources=task.folder.read_manifest().stages["ingest"].inputs,
     )
 
 

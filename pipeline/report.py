@@ -13,6 +13,15 @@ from pipeline.config import Config, Output
 from pipeline.config_keys import files_in
 from pipeline.material import Material, check_bins_of_report, read_material
 from pipeline.plots import FOLDER, check_plots, write_plot
+from pipeline.results_files import (
+    Writers,
+    attribution,
+    driving_side,
+    flatgeobuf,
+    geopackage,
+    geoparquet,
+    information,
+)
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS
 from pipeline.stages import Outcome, Stage, Task
@@ -20,8 +29,6 @@ from uxsim_geo.errors import InputError
 from uxsim_geo.files import replace_when_complete
 
 SUMMARY = "summary.json"
-
-OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL"
 
 
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
@@ -37,15 +44,15 @@ def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
 def _run(task: Task) -> Outcome:
     """Write everything that can be written, also where something else fails."""
     material = read_material(task)
-    plots = task.config.report.plots
     check_bins_of_report(task.config, len(material.network.links))
     check_plots(task.config, material.network)
     task.begin_writing()
     _write_summary(material, task.folder / SUMMARY)
-    if plots:
-        (task.folder / FOLDER).mkdir(exist_ok=True)
     written, problems = [SUMMARY], []
-    for name, write in _writers(task, material).items():
+    writers = _writers(task, material)
+    for folder in sorted({(task.folder / name).parent for name in writers}):
+        folder.mkdir(exist_ok=True)
+    for name, write in writers.items():
         try:
             write(task.folder / name)
             written.append(name)
@@ -58,12 +65,11 @@ def _run(task: Task) -> Outcome:
 STAGE = Stage("report", ("name", "simulate", "report"), _inputs, _run)
 
 
-def _writers(task: Task, material: Material) -> dict[str, Callable[[Path], None]]:
+def _writers(task: Task, material: Material) -> Writers:
     """By the name of each file, the function that writes it to a path."""
-    writers: dict[str, Callable[[Path], None]] = {}
+    writers: Writers = {}
     for output in task.config.report.outputs:
-        name, write = OUTPUTS[output]
-        writers[name] = partial(write, material)
+        writers |= OUTPUTS[output](material)
     for entry in task.config.report.plots:
         progress = partial(task.watch.drawn, entry.file_name)
         name = f"{FOLDER}/{entry.file_name}"
@@ -86,15 +92,6 @@ def _write_summary(material: Material, path: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def _write_geopackage(material: Material, path: Path) -> None:
-    from uxsim_geo.export.geopackage import RunDescription, write_geopackage
-
-    description = RunDescription(
-        material.config.report.start, material.notes, _information(material)
-    )
-    write_geopackage(path, material.network, material.states, description)
-
-
 def _write_space_time(material: Material, path: Path) -> None:
     from uxsim_geo.export.space_time import write_space_time
 
@@ -105,46 +102,22 @@ def _write_page(material: Material, path: Path) -> None:
     from uxsim_geo.export.page.page import About, Run, write_page
 
     config = material.config
-    osm = config.ingest.osm
     about = About(
         config.report.start,
         material.notes,
-        _information(material),
+        information(material),
         config.name,
-        "right" if osm is None else osm.side(),
+        driving_side(config),
         attribution(config),
     )
     write_page(path, Run(material.network, material.result, material.states), about)
 
 
-def attribution(config: Config) -> str:
-    """Whom the network comes from, where its licence asks that this be said."""
-    return OSM_ATTRIBUTION if config.ingest.format == "osm" else ""
-
-
-def _information(material: Material) -> dict[str, object]:
-    """Return what run_info says: nothing that differs between two equal runs."""
-    import uxsim_geo.version
-
-    config = material.config
-    figures = {name: value for name, value in material.figures.items() if name != "engine_wall_s"}
-    completed = figures.pop("completed")
-    return {
-        "name": config.name,
-        "uxsim_geo_version": uxsim_geo.version.__version__,
-        "start": config.report.start.isoformat(),
-        "bin_s": config.report.bin_s,
-        **config.simulate.model_dump(exclude={"classes", "control"}),
-        "classes": ", ".join(entry.name for entry in config.simulate.classes),
-        "control": config.simulate.control.in_words(),
-        **figures,
-        **{f"completed_{name}": value for name, value in completed.items()},
-    }
-
-
-#: name of the file and the function that writes it, by the output's name in a configuration
-OUTPUTS: dict[Output, tuple[str, Callable[[Material, Path], None]]] = {
-    "geopackage": ("results.gpkg", _write_geopackage),
-    "space_time": ("space_time.png", _write_space_time),
-    "page": ("report.html", _write_page),
+#: the function that gives the writer of each file, by the output's name in a configuration
+OUTPUTS: dict[Output, Callable[[Material], Writers]] = {
+    "geopackage": geopackage,
+    "space_time": lambda material: {"space_time.png": partial(_write_space_time, material)},
+    "page": lambda material: {"report.html": partial(_write_page, material)},
+    "geoparquet": geoparquet,
+    "flatgeobuf": flatgeobuf,
 }

@@ -212,15 +212,18 @@ def test_own_configurations_are_valid(path: Path) -> None:
     assert load_config(path).name == path.stem
 
 
-def test_reference_is_in_step_with_the_models() -> None:
+def test_pages_made_from_the_code_are_in_step_with_it() -> None:
     code = (
         "import json, runpy; made = runpy.run_path('docs/generate.py');"
-        "print(json.dumps([made['configuration_page'](), made['configuration_schema']()]))"
+        "results = open('docs/results.md', encoding='utf-8').read();"
+        "print(json.dumps([made['configuration_page'](), made['configuration_schema'](),"
+        " made['results_page'](results)]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=REPOSITORY, check=True, capture_output=True, text=True
     )
-    page, schema = json.loads(done.stdout)
+    page, schema, results = json.loads(done.stdout)
     docs = REPOSITORY / "docs"
     assert page == (docs / "config.md").read_text(encoding="utf-8")
     assert schema == (docs / "config.schema.json").read_text(encoding="utf-8")
+    assert results == (docs / "results.md").read_text(encoding="utf-8")

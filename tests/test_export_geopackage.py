@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -9,7 +10,7 @@ import sqlite3
 import subprocess
 from contextlib import closing
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import timedelta, timezone
 from pathlib import Path
 from typing import get_args
 from xml.etree import ElementTree
@@ -20,51 +21,30 @@ import pandas as pd
 import pyogrio
 import pytest
 from newell_link import events_of, network_of, result_of, trips_of
-from shapely.geometry import LineString, Point
+from packaged_road import NAMES, START, description_of, run_of, two_way_road, write
 
 from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.export import geopackage
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
-from uxsim_geo.export.geopackage import RunDescription, write_geopackage
+from uxsim_geo.export.columns import LAYERS as COLUMNS_IN_WORDS
+from uxsim_geo.export.columns import titled
+from uxsim_geo.export.geopackage import write_geopackage
+from uxsim_geo.export.geopackage_words import described as described_in_words
 from uxsim_geo.export.layers import link_times_layer, links_layer
+from uxsim_geo.export.run_description import RunDescription
+from uxsim_geo.export.run_layers import Run, layers_of_run
 from uxsim_geo.network.diagram import diagram_capacity
-from uxsim_geo.network.network import Network
 from uxsim_geo.network.note_geometry import placed
 from uxsim_geo.network.notes import Severity
 from uxsim_geo.settings import Settings
 
-LAYERS = {"nodes", "links", "link_times", "link_states", "import_notes", "run_info"}
-START = datetime(2024, 3, 1, 7, 0, tzinfo=UTC)
-NAMES = ['O\'Connell "Straße"; DROP TABLE links;--', "Größe < 5 & größer"]
+# pyogrio leaves out the fourth coordinate of trajectories, and says so
+pytestmark = pytest.mark.filterwarnings("ignore:Measured")
 
-
-def two_way_road(crs: str | None, *, geometry: bool = True) -> Network:
-    plain = network_of(
-        [
-            {"link_id": "a'b", "name": NAMES[0], "capacity": 0.5},
-            {"link_id": 'ü"2', "name": NAMES[1], "from_node_id": "b", "to_node_id": "a"},
-        ]
-    )
-    notes = pd.DataFrame(
-        [["link", "a'b", "length", "warning", 'it\'s "short"', 3.5]],
-        columns=["element", "element_id", "topic", "severity", "note", "value"],
-    )
-    if not geometry:
-        return Network(plain.nodes, plain.links, notes=notes)
-    ends = [Point(8.0, 49.0), Point(8.01, 49.0)]
-    nodes = gpd.GeoDataFrame(plain.nodes, geometry=ends, crs=crs)
-    lines = [LineString(ends), LineString(ends[::-1])]
-    links = gpd.GeoDataFrame(plain.links, geometry=lines, crs=crs)
-    return Network(nodes, links, notes=notes)
-
-
-def write(path: Path, network: Network, start: datetime = START) -> pd.DataFrame:
-    """One platoon drives through in 90 s, the next stays; bins of a minute, the last of 30 s."""
-    events = events_of(network, [(0, 0, 5.0, 95.0), (1, 0, 15.0, np.nan)])
-    states = link_times(result_of(events, trips_of([{}, {}]), Settings(150.0)), network, bin_s=60.0)
-    information = {"seed": 7, "title": 'Nüßler\'s "run"'}
-    write_geopackage(path, network, states, RunDescription(start, network.notes, information))
-    return states
+TABLES = {"link_times", "run_info"}
+MAPS = {"nodes", "links", "link_states", "od_lines", "trajectories", "import_notes"}
+LAYERS = TABLES | MAPS
 
 
 @pytest.fixture(params=["EPSG:4326", "EPSG:25832", None], ids=str)
@@ -82,8 +62,9 @@ def rows(path: Path, sql: str) -> list[tuple[object, ...]]:
 def test_every_layer_is_there_and_registered(package: Path) -> None:
     assert {name for name, _ in pyogrio.list_layers(package)} == LAYERS | {"layer_styles"}
     kinds = dict(rows(package, "SELECT table_name, data_type FROM gpkg_contents"))
-    assert kinds["link_states"] == kinds["links"] == kinds["nodes"] == "features"
-    assert kinds["link_times"] == kinds["import_notes"] == kinds["run_info"] == "attributes"
+    assert kinds == dict.fromkeys(MAPS, "features") | dict.fromkeys(
+        TABLES | {"layer_styles"}, "attributes"
+    )
 
 
 #: what scripts and maps rely on, by layer; a change here breaks theirs
@@ -102,6 +83,10 @@ COLUMNS = {
     "jam_density_vpkm_per_lane effective_capacity_vph "
     f"begin end flow_vph density_vpkm entries_veh exits_veh {STATE_COLUMNS} "
     "instantaneous_travel_time_s",
+    "od_lines": "origin destination cell_m beeline_m demanded_veh departed_veh completed_veh "
+    "unfinished_veh aborted_veh travel_time_s delay_s delay_veh_s",
+    "trajectories": "vehicle origin destination class vehicles_veh status begin end distance_m "
+    "travel_time_s delay_s speed_kmh",
     "import_notes": "element element_id topic severity note value",
     "run_info": "item value",
 }
@@ -110,19 +95,7 @@ COLUMNS = {
 @pytest.mark.parametrize("layer", sorted(LAYERS))
 def test_every_layer_has_the_columns_that_others_rely_on(package: Path, layer: str) -> None:
     assert list(pyogrio.read_info(package, layer=layer)["fields"]) == COLUMNS[layer].split()
-
-
-def test_the_page_of_columns_names_every_layer_and_column(package: Path) -> None:
-    page = (Path(__file__).parents[1] / "docs" / "results.md").read_text(encoding="utf-8")
-    page, _, _ = page.partition("\n# Tables\n")
-    described = {}
-    for section in page.split("\n## ")[1:]:
-        first_cells = re.findall(r"^\| (`.*?) \|", section, flags=re.MULTILINE)
-        names = [name for cell in first_cells for name in re.findall("`(.*?)`", cell)]
-        described[section.split("\n")[0]] = names
-    assert set(described) == LAYERS
-    for layer, names in described.items():
-        assert sorted(names) == sorted(pyogrio.read_info(package, layer=layer)["fields"]), layer
+    assert [column.name for column in COLUMNS_IN_WORDS[layer].columns] == COLUMNS[layer].split()
 
 
 def test_columns_are_empty_only_where_the_page_says() -> None:
@@ -150,7 +123,8 @@ def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
     # to the end: the first loses 40 s; the second, due at 975 m at 63.75 s, loses the rest there
     # but for the 25 m from 100 s on, when it feels the exit: (100 - 63.75) + (150 - 101.25)
     assert first["delay_veh_s"] == pytest.approx(5 * 40 + 5 * (36.25 + 48.75))
-    states = gpd.read_file(package, layer="link_states")
+    states = gpd.read_file(package, layer="link_states").sort_values(["link_id", "begin"])
+    states = states.reset_index(drop=True)
     assert states["flow_vph"][0] == pytest.approx(5 * (1000 + 900) / 1000 * 60)
     assert states["density_vpkm"][0] == pytest.approx(5 * (55 + 45) / 60)
     assert states["speed_kmh"][0] == pytest.approx(3.6 * 1900 / 100)
@@ -159,9 +133,9 @@ def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
 
 def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path) -> None:
     network = network_of([{}, {"capacity": 0.5}, {"capacity": 9.0, "lanes": 2}])
-    states = link_times(
-        result_of(events_of(network, []), trips_of([]), Settings(100.0)), network, bin_s=100.0
-    )
+    result = result_of(events_of(network, []), trips_of([]), Settings(100.0))
+    states = link_times(result, network, bin_s=100.0)
+    run = Run(network, result, states, Passages.of(result, network))
     settings = Settings(100.0, reaction_time=1.5)
     tabled = links_layer(network, states, settings.reaction_time)["effective_capacity_vph"]
     # one lane: 20 m/s x 0.2 veh/m / (1 + 20 x 1.5 x 0.2) = 4/7 veh/s
@@ -170,7 +144,8 @@ def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path)
     assert (tabled / 3600).tolist() == pytest.approx(np.fmin(network.links["capacity"], diagram))
     path = tmp_path / "results.gpkg"
     for information in ({}, {"reaction_time_s": 1.5}):
-        write_geopackage(path, network, states, RunDescription(START, network.notes, information))
+        description = RunDescription(START, network.notes, information)
+        write_geopackage(path, layers_of_run(run, description), description)
         written = pyogrio.read_dataframe(path, layer="links")["effective_capacity_vph"]
         assert written.notna().all() == bool(information)
 
@@ -219,7 +194,7 @@ def is_in(speed: float, range_: ElementTree.Element) -> bool:
 
 
 def test_states_join_their_own_link_and_clock(package: Path) -> None:
-    states = gpd.read_file(package, layer="link_states")
+    states = gpd.read_file(package, layer="link_states").sort_values(["link_id", "begin"])
     links = gpd.read_file(package, layer="links").set_index("link_id")
     assert len(states) == 6
     for _, state in states.iterrows():
@@ -238,16 +213,35 @@ def test_coordinates_keep_their_system_or_say_that_there_is_none(tmp_path: Path)
     for crs, number in (("EPSG:25832", 25832), (None, -1)):
         path = tmp_path / f"{number}.gpkg"
         write(path, two_way_road(crs))
-        assert dict(rows(path, srs)) == dict.fromkeys(("nodes", "links", "link_states"), number)
+        assert dict(rows(path, srs)) == dict.fromkeys(MAPS, number)
 
 
 def test_a_network_without_geometry_gives_tables(tmp_path: Path) -> None:
     path = tmp_path / "results.gpkg"
     write(path, two_way_road(None, geometry=False))
     kinds = dict(rows(path, "SELECT table_name, data_type FROM gpkg_contents"))
-    assert set(kinds) == LAYERS | {"layer_styles"}
+    assert set(kinds) == LAYERS - {"trajectories"} | {"layer_styles"}
     assert set(kinds.values()) == {"attributes"}
     assert len(pyogrio.read_dataframe(path, layer="link_states")) == 6
+
+
+def test_layers_keep_their_type_where_nobody_drove(tmp_path: Path) -> None:
+    network, path = two_way_road("EPSG:25832"), tmp_path / "results.gpkg"
+    result = result_of(events_of(network, []), trips_of([]), Settings(100.0))
+    states = link_times(result, network, bin_s=100.0)
+    empty = Run(network, result, states, Passages.of(result, network))
+    for run in (empty, run_of(network)):
+        description = description_of(network)
+        write_geopackage(path, layers_of_run(run, description), description)
+        columns = "table_name, geometry_type_name, z, m"
+        assert set(rows(path, f"SELECT {columns} FROM gpkg_geometry_columns")) == {
+            ("nodes", "POINT", 0, 0),
+            ("links", "LINESTRING", 0, 0),
+            ("link_states", "LINESTRING", 0, 0),
+            ("od_lines", "LINESTRING", 0, 0),
+            ("trajectories", "LINESTRING", 1, 1),
+            ("import_notes", "POINT", 0, 0),
+        }
 
 
 def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) -> None:
@@ -265,7 +259,7 @@ def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) ->
             if option.get("name") == "expression":
                 assert set(re.findall('"(.*?)"', str(option.get("value")))) <= columns
         temporal = root.find("temporal")
-        if name == "link_states":
+        if name in ("link_states", "trajectories"):
             assert temporal is not None
             assert {temporal.get("startField"), temporal.get("endField")} <= columns
         else:
@@ -274,15 +268,18 @@ def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) ->
 
 def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
     elsewhere = START.astimezone(timezone(timedelta(hours=9)))
-    for name, start in (("one.gpkg", START), ("two.gpkg", elsewhere)):
-        write(tmp_path / name, two_way_road("EPSG:4326"), start)
-    assert (tmp_path / "one.gpkg").read_bytes() == (tmp_path / "two.gpkg").read_bytes()
+    paths = [tmp_path / name / "results.gpkg" for name in ("one", "two")]
+    for path, start in zip(paths, (START, elsewhere), strict=True):
+        path.parent.mkdir()
+        write(path, two_way_road("EPSG:4326"), start)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_no_time_stamp_tells_when_the_file_was_written(package: Path) -> None:
     stamps = rows(
         package,
-        "SELECT last_change FROM gpkg_contents UNION SELECT update_time FROM layer_styles",
+        "SELECT last_change FROM gpkg_contents UNION SELECT update_time FROM layer_styles"
+        " UNION SELECT timestamp FROM gpkg_metadata_reference",
     )
     assert stamps == [("2024-03-01T07:00:00.000Z",)]
     assert pyogrio.get_gdal_config_option("OGR_CURRENT_DATE") is None
@@ -290,9 +287,72 @@ def test_no_time_stamp_tells_when_the_file_was_written(package: Path) -> None:
 
 def test_notes_and_run_information_are_text_as_given(package: Path) -> None:
     notes = pyogrio.read_dataframe(package, layer="import_notes")
-    assert notes.iloc[0].tolist() == ["link", "a'b", "length", "warning", 'it\'s "short"', "3.5"]
+    texts = notes.drop(columns="geometry").iloc[0].tolist()
+    assert texts == [
+        "link",
+        "a'b",
+        "length",
+        "warning",
+        'it\'s "short"',
+        "3.5",
+    ]
     information = pyogrio.read_dataframe(package, layer="run_info")
     assert dict(information.itertuples(index=False)) == {"seed": "7", "title": 'Nüßler\'s "run"'}
+
+
+def test_every_column_is_described_in_the_file(package: Path) -> None:
+    described = rows(package, "SELECT table_name, column_name, title FROM gpkg_data_columns")
+    for name in LAYERS:
+        found = [(column, title) for table, column, title in described if table == name]
+        told = [(column.name, titled(column)) for column in COLUMNS_IN_WORDS[name].columns]
+        assert found == told
+    units = {column.unit for layer in COLUMNS_IN_WORDS.values() for column in layer.columns}
+    assert {"text", "UTC", "veh", "veh/h", "km/h", "s", "m", "–"} <= units
+    flow = COLUMNS_IN_WORDS["link_times"].column("flow_vph")
+    assert (titled(flow), described_in_words(flow)) == (
+        "flow (veh/h)",
+        "distance driven / (length × bin)",
+    )
+
+
+def test_the_file_says_how_it_came_about(package: Path) -> None:
+    (items,), (provenance,) = rows(package, "SELECT metadata FROM gpkg_metadata ORDER BY id")
+    told = {item.get("key"): item.text for item in ElementTree.fromstring(str(items)).iter("MDI")}
+    assert told == {
+        "run": "small",
+        "attribution": "© <Jürgen> & 'co'",
+        "seed": "7",
+        "title": 'Nüßler\'s "run"',
+    }
+    assert json.loads(str(provenance)) == {"sources": {"net": {"file": "ü.tntp"}}}
+    assert rows(package, "SELECT DISTINCT reference_scope FROM gpkg_metadata_reference") == [
+        ("geopackage",)
+    ]
+
+
+def test_layers_that_nobody_wants_are_left_out(tmp_path: Path) -> None:
+    path, network = tmp_path / "results.gpkg", two_way_road("EPSG:4326")
+    description = description_of(network)
+    for wanted in ([], ["od_lines"], ["link_times"]):
+        write_geopackage(path, layers_of_run(run_of(network), description, wanted), description)
+        there = {name for (name,) in rows(path, "SELECT table_name FROM gpkg_contents")}
+        always = {"nodes", "links", "run_info", "layer_styles"}
+        views = {"link_states"} if "link_times" in wanted else set()
+        assert there == {*always, *wanted, *views}
+        styled = {name for (name,) in rows(path, "SELECT f_table_name FROM layer_styles")}
+        assert styled == there - {"layer_styles"}
+
+
+def test_a_bin_a_link_or_a_row_is_found_without_a_search(package: Path) -> None:
+    for where in (
+        "begin <= '2024-03-01T07:01:59' AND \"end\" >= '2024-03-01T07:01:00'",
+        "link_id = 'a''b'",
+        "OGC_FID = 2",
+    ):
+        plan = rows(package, f"EXPLAIN QUERY PLAN SELECT * FROM link_states WHERE {where}")
+        steps = [str(step[-1]) for step in plan]
+        assert [step for step in steps if step.startswith("SCAN")] == ["SCAN b"], where
+        assert any(step.startswith("SEARCH v USING INTEGER PRIMARY KEY") for step in steps)
 
 
 def test_a_clock_without_a_time_zone_is_refused() -> None:
@@ -307,11 +367,11 @@ def test_a_failed_write_leaves_the_old_file(
         raise OSError(28, "No space left on device")
 
     path, network = tmp_path / "results.gpkg", two_way_road(None)
-    states = write(path, network)
+    write(path, network)
     before = path.read_bytes()
-    monkeypatch.setattr(geopackage, "_add_styles", fill_the_disk)
+    monkeypatch.setattr(geopackage, "add_styles", fill_the_disk)
     with pytest.raises(OSError, match="No space left"):
-        write_geopackage(path, network, states, RunDescription(START, network.notes, {}))
+        write(path, network)
     assert path.read_bytes() == before
     assert [file.name for file in tmp_path.iterdir()] == ["results.gpkg"]
 
@@ -337,7 +397,7 @@ def test_notes_with_places_are_points_coloured_by_severity(
     tmp_path: Path, crs: str | None, element_id: str
 ) -> None:
     network = two_way_road(crs)
-    bare = network.notes.assign(element_id=element_id)
+    bare = pd.DataFrame(network.notes.drop(columns="geometry")).assign(element_id=element_id)
     path = tmp_path / "results.gpkg"
     write(path, replace(network, notes=placed(bare, network)))
     assert pyogrio.read_info(path, layer="import_notes")["geometry_type"] == "Point"

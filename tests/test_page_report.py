@@ -10,7 +10,7 @@ from small_networks import demand, link, network
 from small_run import CONFIG, run_small, write_small_run
 
 from pipeline.config_file import load_config
-from pipeline.report import attribution
+from pipeline.results_files import attribution
 from uxsim_geo import World, explore, simulate
 from uxsim_geo.settings import Settings
 

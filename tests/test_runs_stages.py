@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sqlite3
+from contextlib import closing
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
+import geopandas
 import pytest
 from rich.console import Console
 from rich.text import Text
@@ -231,10 +234,10 @@ def test_a_picture_that_cannot_be_drawn_is_a_problem_and_the_rest_is_written(
 ) -> None:
     from uxsim_geo.export.space_time import RenderError
 
-    def fail(material: report.Material, path: Path) -> None:  # noqa: ARG001
+    def fail(path: Path) -> None:  # noqa: ARG001
         raise RenderError("no library to draw with")
 
-    monkeypatch.setitem(report.OUTPUTS, "space_time", ("space_time.png", fail))
+    monkeypatch.setitem(report.OUTPUTS, "space_time", lambda _: {"space_time.png": fail})
     config = load_config(done / "small.yaml", ["report.outputs=[space_time, geopackage]"])
     run = Run(config, RunFolder(done / "run"), Listener(), ["test"], STAGES)
     assert run.execute("report") == ["space_time.png could not be written: no library to draw with"]
@@ -268,3 +271,38 @@ def test_the_page_of_the_import_is_an_output_of_the_first_stage(done: Path) -> N
     before = (done / "run/import_notes.html").read_bytes()
     execute(done, force=True)
     assert (done / "run/import_notes.html").read_bytes() == before
+
+
+def test_layers_go_to_files_of_their_own_on_demand(done: Path) -> None:
+    wanted = ["report.outputs=[geoparquet, flatgeobuf]", "report.layers=[od_lines, trajectories]"]
+    assert execute(done, *wanted, "report.trajectories.trips=3") == ["report"]
+    layers = {path.name for path in (done / "run/layers").iterdir()}
+    spatial = {"nodes", "links", "od_lines", "trajectories"}
+    assert layers == {f"{name}.fgb" for name in spatial} | {
+        f"{name}.parquet" for name in (*spatial, "run_info")
+    }
+    assert len(geopandas.read_parquet(done / "run/layers/trajectories.parquet")) == 3
+    assert not (done / "run/results.gpkg").exists()
+    assert verify_run(done / "run").wrong == []
+
+
+def test_results_say_what_they_were_made_of_and_whose_it_is(done: Path) -> None:
+    told = ["report.attribution=Stadt <Ähm>", "report.driving_side=left"]
+    assert execute(done, *told) == ["report"]
+    with closing(sqlite3.connect(done / "run/results.gpkg")) as database:
+        items, provenance = (
+            text for (text,) in database.execute("SELECT metadata FROM gpkg_metadata ORDER BY id")
+        )
+        styles = database.execute(
+            "SELECT styleQML FROM layer_styles WHERE f_table_name = 'links'"
+        ).fetchall()
+    assert all('value="-(0.15 + ' in style for (style,) in styles)
+    assert 'key="attribution">Stadt &lt;Ähm&gt;<' in items
+    made = json.loads(provenance)
+    recorded = manifest(done)["stages"]["ingest"]["inputs"]
+    assert made["sources"] == {
+        name: {"file": f"{name.partition('.')[0]}.tntp", "sha256": recorded[name]["sha256"]}
+        for name in ("net", "nodes", "trips.0.file")
+    }
+    assert made["settings"]["simulate"]["duration_s"] == 1200
+    assert str(done) not in provenance

@@ -1,131 +1,71 @@
-"""``results.gpkg``: everything that a GIS shows, in one file, with styles.
+"""``results.gpkg``: everything that a GIS shows, in one file, with styles and a project.
 
-Geometry is stored once, in ``links``; the states are a plain table, and a view joins the two
-(a third of the size of repeated geometry). The version is 1.3, which GDAL and QGIS of current
-long-term distributions read without complaint.
+Geometry is stored once, in ``links``, and the times of the bins once each: states are a narrow
+table of numbers, and views join the three to ``link_times`` and ``link_states`` (a fifth of the
+size of repeated geometry, and a moment in time is found without a search). The version is 1.3,
+which GDAL and QGIS of current long-term distributions read without complaint.
 """
 
 from __future__ import annotations
 
 import sqlite3
+import struct
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
+from typing import Any
 
+import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.export.layers import (
-    link_times_layer,
-    links_layer,
-    nodes_layer,
-    notes_layer,
-    run_info_layer,
-)
-from uxsim_geo.export.styles import (
-    SHARE_OF_ROAD,
-    nodes_style,
-    notes_style,
-    share_of_largest,
-    table_style,
-    traffic_style,
-)
+from uxsim_geo.export.columns import LAYERS
+from uxsim_geo.export.geopackage_states import VALUES, add_views, values_of
+from uxsim_geo.export.geopackage_styles import add_styles
+from uxsim_geo.export.geopackage_words import add_descriptions, add_metadata
+from uxsim_geo.export.qgis_parts import Project
+from uxsim_geo.export.qgis_project import add_project
+from uxsim_geo.export.run_description import RunDescription
+from uxsim_geo.export.run_layers import without_m
+from uxsim_geo.export.styles import styles_of
 from uxsim_geo.files import replace_when_complete
-from uxsim_geo.network.network import Network
 
 UNDEFINED_CARTESIAN = "-1"  # GeoPackage's srs_id for plane coordinates of an unknown system
 
-DESCRIPTIONS = {
-    "nodes": "Nodes of the network",
-    "links": "Directed links with the figures of the whole run",
-    "link_times": "States of every link in every time bin",
-    "link_states": "link_times with the geometry of links, for the temporal controller",
-    "import_notes": "What was assumed or repaired on import, and where",
-    "run_info": "How these results came about",
-}
-
-LINK_STATES_VIEW = """
-    CREATE VIEW link_states AS
-    SELECT t.fid AS OGC_FID, t.link_id, l.from_node_id, l.to_node_id, l.name, l.road_class,
-           l.length_m, l.lanes, l.free_speed_kmh, l.jam_density_vpkm_per_lane,
-           l.effective_capacity_vph, {times}{geometry}
-    FROM link_times AS t JOIN links AS l ON l.link_id = t.link_id
-"""
-
-LAYER_STYLES_TABLE = """
-    CREATE TABLE layer_styles (
-        id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL,
-        f_table_catalog TEXT(256),
-        f_table_schema TEXT(256),
-        f_table_name TEXT(256),
-        f_geometry_column TEXT(256),
-        styleName TEXT(30),
-        styleQML TEXT,
-        styleSLD TEXT,
-        useAsDefault BOOLEAN,
-        description TEXT,
-        owner TEXT(30),
-        ui TEXT(30),
-        update_time DATETIME
-    )
-"""
-
-
-@dataclass(frozen=True)
-class RunDescription:
-    """What the file says beside the traffic.
-
-    start
-        what the clock shows at 0 s, with its time zone
-    notes
-        of the import, with the columns of :data:`uxsim_geo.network.network.NOTE_COLUMNS`
-    information
-        names and values for ``run_info``: configuration, versions, seed, figures; without a number
-        ``reaction_time_s`` among them the capacity of the diagram is not known and stays empty
-    """
-
-    start: datetime
-    notes: pd.DataFrame
-    information: Mapping[str, object]
-
-    def __post_init__(self) -> None:
-        if self.start.tzinfo is None:
-            raise ValueError(f"start needs a time zone, for instance UTC: {self.start.isoformat()}")
-
-    @property
-    def reaction_time(self) -> float | None:
-        """τ of the run in s, as ``information`` tells it; None if it does not."""
-        value = self.information.get("reaction_time_s")
-        return float(value) if isinstance(value, (int, float)) else None
+#: types of layers that may be without any geometry: nobody drove, no note has a place
+TYPES = {"od_lines": "LineString", "trajectories": "LineString Z", "import_notes": "Point"}
 
 
 def write_geopackage(
-    path: Path, network: Network, states: pd.DataFrame, description: RunDescription
+    path: Path, layers: Mapping[str, pd.DataFrame], description: RunDescription
 ) -> None:
-    """Write nodes, links, link_times, link_states, import_notes and run_info with their styles.
+    """Write layers with their words, styles, metadata and a QGIS project.
 
-    ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. A network whose CRS is
-    None is written as plane coordinates of an undefined system; one without geometry gives tables.
-    The same input gives the same bytes: every time stamp in the file is ``description.start``.
-    The file replaces an existing one when it is complete.
+    ``layers`` by name, as :func:`uxsim_geo.export.layers.layers_of_run` makes them; ``links`` is
+    needed. A network whose CRS is None is written as plane coordinates of an undefined system; one
+    without geometry gives tables. The same input gives the same bytes: every time stamp in the file
+    is ``description.start``. The file replaces an existing one when it is complete.
     """
-    layers = {
-        "nodes": nodes_layer(network),
-        "links": links_layer(network, states, description.reaction_time),
-        "link_times": link_times_layer(network, states, description.start),
-        "import_notes": notes_layer(description.notes),
-        "run_info": run_info_layer(description.information),
-    }
     stamp = pd.Timestamp(description.start).tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%S.000Z")
     with replace_when_complete(path) as temporary:
         with _time_stamps_of_gdal(stamp):
             for name, layer in layers.items():
-                _write_layer(temporary, name, layer)
+                if name != "link_times":
+                    _write_layer(temporary, name, layer)
+            if "link_times" in layers:  # last: after a table that is not listed GDAL lists none
+                values = values_of(layers["link_times"], len(layers["links"]))
+                _write_layer(temporary, VALUES, values)
         with closing(sqlite3.connect(temporary)) as database, database:
-            _add_link_states(database, list(layers["link_times"].columns), stamp)
-            _add_styles(database, layers, stamp)
+            _add_fourth_coordinates(database, layers)
+            if "link_times" in layers:
+                add_views(database, layers["link_times"], len(layers["links"]), stamp)
+            add_descriptions(database)
+            add_metadata(database, description, stamp)
+            styles = styles_of(layers, description)
+            add_styles(database, styles, stamp)
+            if "geometry" in layers["links"].columns:
+                project = Project.of(path.name, layers, styles, description)
+                add_project(database, project, stamp)
 
 
 @contextmanager
@@ -144,12 +84,14 @@ def _time_stamps_of_gdal(stamp: str) -> Iterator[None]:
 def _write_layer(path: Path, name: str, layer: pd.DataFrame) -> None:
     import pyogrio
 
-    options = {"DESCRIPTION": DESCRIPTIONS[name]}
-    crs = getattr(layer, "crs", None)
-    # of a layer in which nothing has a place nobody could tell the kind of geometry
-    kind = "Point" if name == "import_notes" and "geometry" in layer.columns else None
-    if "geometry" in layer.columns and crs is None:
+    spatial = "geometry" in layer.columns
+    options = {"DESCRIPTION": LAYERS[name].title, "IDENTIFIER": name} if name in LAYERS else {}
+    if name == VALUES:
+        options["ASPATIAL_VARIANT"] = "NOT_REGISTERED"
+    if spatial and getattr(layer, "crs", None) is None:
         options["SRID"] = UNDEFINED_CARTESIAN
+    if spatial:
+        layer = without_m(layer)
     with warnings.catch_warnings():
         # that there is no CRS is intended and said in the file
         warnings.filterwarnings("ignore", message="'crs' was not provided")
@@ -160,55 +102,41 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame) -> None:
             driver="GPKG",
             append=path.exists(),
             use_arrow=True,
+            geometry_type=TYPES.get(name) if spatial else None,
             dataset_options={"VERSION": "1.3"},
             layer_options=options,
-            geometry_type=kind,
         )
 
 
-def _add_link_states(database: sqlite3.Connection, times: list[str], stamp: str) -> None:
-    """The view of states with geometry, registered so that a GIS lists it as a layer."""
-    database.execute("CREATE UNIQUE INDEX links_by_link_id ON links (link_id)")
-    spatial = database.execute(
-        "SELECT column_name FROM gpkg_geometry_columns WHERE table_name = 'links'"
+def _add_fourth_coordinates(
+    database: sqlite3.Connection, layers: Mapping[str, pd.DataFrame]
+) -> None:
+    """Put lines with m in place of those without, which are all that pyogrio can write."""
+    if "trajectories" not in layers:
+        return
+    its = "WHERE {} = 'trajectories'"
+    triggers = database.execute(
+        f"SELECT name, sql FROM sqlite_master {its.format('tbl_name')} AND type = 'trigger'"
+    ).fetchall()
+    for name, _ in triggers:  # they call functions that GDAL adds to SQLite
+        database.execute(f'DROP TRIGGER "{name}"')
+    column, srs = database.execute(
+        f"SELECT column_name, srs_id FROM gpkg_geometry_columns {its.format('table_name')}"
     ).fetchone()
-    columns = ", ".join(f't."{name}"' for name in times if name != "link_id")
-    geometry = f", l.{spatial[0]}" if spatial else ""
-    database.execute(LINK_STATES_VIEW.format(times=columns, geometry=geometry))
-    database.execute(
-        "INSERT INTO gpkg_contents SELECT 'link_states', data_type, 'link_states', ?, ?,"
-        " min_x, min_y, max_x, max_y, srs_id FROM gpkg_contents WHERE table_name = 'links'",
-        (DESCRIPTIONS["link_states"], stamp),
-    )
-    database.execute(
-        "INSERT INTO gpkg_geometry_columns SELECT 'link_states', column_name, geometry_type_name,"
-        " srs_id, z, m FROM gpkg_geometry_columns WHERE table_name = 'links'"
-    )
+    database.execute(f"UPDATE gpkg_geometry_columns SET z = 1, m = 1 {its.format('table_name')}")
+    blobs = _blobs(layers["trajectories"]["geometry"].to_numpy(), srs)
+    database.executemany(f'UPDATE trajectories SET "{column}" = ? WHERE fid = ?', blobs)
+    for _, sql in triggers:
+        database.execute(sql)
 
 
-def _add_styles(database: sqlite3.Connection, layers: dict[str, pd.DataFrame], stamp: str) -> None:
-    """A default style for every layer, in the table where QGIS looks for it."""
-    volume = float(layers["links"]["volume_veh"].max())
-    state_columns = [row[1] for row in database.execute("PRAGMA table_info(link_states)")]
-    styles = {name: table_style(layer.columns) for name, layer in layers.items()}
-    styles["nodes"] = nodes_style(layers["nodes"].columns)
-    if "geometry" in layers["import_notes"]:
-        styles["import_notes"] = notes_style(layers["import_notes"].columns)
-    styles["links"] = traffic_style(layers["links"].columns, share_of_largest("volume_veh", volume))
-    styles["link_states"] = traffic_style(state_columns, SHARE_OF_ROAD, temporal=True)
-    geometry = dict(database.execute("SELECT table_name, column_name FROM gpkg_geometry_columns"))
-    database.execute(LAYER_STYLES_TABLE)
-    database.executemany(
-        "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name,"
-        " f_geometry_column, styleName, styleQML, styleSLD, useAsDefault, description, owner, ui,"
-        " update_time) VALUES ('', '', ?, ?, ?, ?, '', 1, ?, '', '', ?)",
-        [
-            (name, geometry.get(name, ""), name, style, DESCRIPTIONS[name], stamp)
-            for name, style in styles.items()
-        ],
-    )
-    database.execute(
-        "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, last_change)"
-        " VALUES ('layer_styles', 'attributes', 'layer_styles', 'Styles for QGIS', ?)",
-        (stamp,),
-    )
+def _blobs(lines: npt.NDArray[Any], srs: int) -> Iterator[tuple[bytes, int]]:
+    """Geometries as GeoPackage keeps them, with the numbers of their rows: head, bounds, WKB."""
+    import shapely
+
+    texts = shapely.to_wkb(lines, output_dimension=4, flavor="iso", byte_order=1)
+    bounds = shapely.bounds(lines)[:, [0, 2, 1, 3]].astype("<f8")
+    head = struct.pack("<2sBBi", b"GP", 0, 0b11, srs)
+    for fid, (text, extent) in enumerate(zip(texts, bounds, strict=True), start=1):
+        if text is not None:
+            yield head + extent.tobytes() + text, fid

@@ -63,8 +63,8 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
         }
     )
     layer = pd.DataFrame({"link_id": links["link_id"].astype(str)})
-    layer["begin"] = _clock(states["begin_s"], start)
-    layer["end"] = _clock(states["end_s"], start - timedelta(seconds=1))
+    layer["begin"] = clock(states["begin_s"], start)
+    layer["end"] = clock(states["end_s"], start - timedelta(seconds=1))
     layer["flow_vph"] = states["flow"] * PER_HOUR
     layer["density_vpkm"] = states["density"] * PER_KM
     layer["entries_veh"] = states["entries"]
@@ -117,7 +117,7 @@ def _add_fullness(layer: pd.DataFrame, figures: pd.DataFrame) -> None:
     layer["volume_to_capacity"] = figures["volume_to_capacity"]
 
 
-def _clock(seconds: pd.Series, start: datetime) -> pd.Series:
+def clock(seconds: pd.Series, start: datetime) -> pd.Series:
     """UTC date-times, whole milliseconds, of seconds after ``start``."""
     begin = pd.Timestamp(start).tz_convert("UTC")
     milliseconds = pd.to_timedelta((seconds * 1000).round(), unit="ms")

@@ -1,26 +1,32 @@
-"""QGIS styles (QML) for every layer of the GeoPackage, so that it opens as a map.
+"""Styles for every layer of the GeoPackage, so that it opens as a map; several where it helps.
 
-Lines stand to the right of their road, so that both directions show; their width is the traffic
-and their colour the speed relative to free speed. In time the width is how much of the road is
-taken, by vehicles that drive or by vehicles that stand: flow alone would hide a standing queue.
+Lines stand beside their road, on the side that is driven on, so that both directions show; their
+width is the traffic and their colour the speed relative to free speed, or the delay, the queue, the
+use of capacity. In time the width is how much of the road is taken, by vehicles that drive or by
+vehicles that stand: flow alone would hide a standing queue.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
 
-from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC, SPEED_CLASSES, SpeedClass
+import pandas as pd
 
-#: a fixed old version: QGIS reads styles of any version before its own
-QGIS_VERSION = "3.22.0"
+from uxsim_geo.export import qml
+from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC, SPEED_CLASSES
+from uxsim_geo.export.columns import LAYERS, titled
+from uxsim_geo.export.qml import ColourClass, Lines
+from uxsim_geo.export.run_description import RunDescription
+
 WIDEST, NARROWEST = 2.6, 0.25  # mm
 
-#: severities of notes with their colour and size in mm
-NOTES = (("doubt", "#e0592a", 3.2), ("warning", "#f2b84b", 2.6), ("info", "#84bcd8", 1.6))
-
-#: stands for the speed where nobody was, below every speed
+#: stands for values where nobody was, below all of them
 NOBODY = -1.0
+
+NO_VALUE = ColourClass(NOBODY - 0.5, NOBODY + 0.5, NEUTRAL, NO_TRAFFIC)
 
 #: the greater of flow / capacity and density / jam density, an expression over link_states
 SHARE_OF_ROAD = (
@@ -28,214 +34,216 @@ SHARE_OF_ROAD = (
     'coalesce("density_vpkm" / ("jam_density_vpkm_per_lane" * "lanes"), 0))'
 )
 
-#: what columns are called in forms and tables; the rest say it by their names
-ALIASES = {
-    "flow_vph": "flow (veh/h)",
-    "density_vpkm": "density (veh/km)",
-    "speed_kmh": "speed (km/h)",
-    "speed_ratio": "speed / free speed",
-    "free_speed_kmh": "free speed (km/h)",
-    "experienced_travel_time_s": "experienced travel time (s)",
-    "delay_s": "mean delay (s)",
-    "delay_veh_s": "total delay (veh·s)",
-    "queue_veh": "queue (veh)",
-    "queue_m": "queue (m)",
-    "volume_veh": "volume (veh)",
-    "entries_veh": "entered (veh)",
-    "exits_veh": "left (veh)",
-    "length_m": "length (m)",
-    "capacity_vph": "given capacity (veh/h)",
-    "effective_capacity_vph": "effective capacity (veh/h)",
-    "jam_density_vpkm_per_lane": "jam density (veh/km per lane)",
-}
+#: what is added to travel at the speeds of the bin, s; where all stand, it is long and not endless
+DELAY_NOW = '"instantaneous_travel_time_s" - 3.6 * "length_m" / "free_speed_kmh"'
+
+#: from none to the worst, as different in lightness as the classes of speed
+STEPS = tuple(speed.colour for speed in reversed(SPEED_CLASSES))
+
+#: severities of notes with their colour and size in mm
+NOTES = (
+    ("doubt", "doubt", "#e0592a", 3.2),
+    ("warning", "warning", "#f2b84b", 2.6),
+    ("info", "info", "#84bcd8", 1.6),
+)
+
+#: lines are named where the map is so large, 1 : this
+NAMES_FROM = 12_000
+NODES_FROM = 25_000
+FEW_NODES = 60  # shown and named at every scale
 
 
-def share_of_largest(column: str, largest: float) -> str:
+class NamedStyle(NamedTuple):
+    """A style under its name; the first of a layer is the one it opens with."""
+
+    name: str
+    description: str
+    root: Element
+
+
+def stepped(bounds: Sequence[float], unit: str, first: str = "") -> tuple[ColourClass, ...]:
+    """Classes between bounds, the first from 0 (its label, if it has one), the last without end."""
+    edges = [0.0, *bounds, 1e12]
+    labels = [f"{low:g}–{high:g} {unit}" for low, high in pairwise(bounds)]
+    labels = [first or f"under {bounds[0]:g} {unit}", *labels, f"over {bounds[-1]:g} {unit}"]
+    return tuple(
+        ColourClass(low, high, colour, label)
+        for (low, high), colour, label in zip(pairwise(edges), STEPS, labels, strict=True)
+    )
+
+
+#: rounding may lift the speed a hair above free speed
+SPEED = (
+    *(ColourClass(*speed) for speed in SPEED_CLASSES[:-1]),
+    ColourClass(*SPEED_CLASSES[-1]._replace(upper=1.000001)),
+    NO_VALUE,
+)
+DELAY = (*stepped((5, 15, 30, 60), "s a vehicle"), NO_VALUE)
+QUEUE = (*stepped((1, 25, 50, 75), "% of the link", "no queue"),)
+CAPACITY = (*stepped((50, 70, 85, 95), "% of capacity"),)
+LOST = (*stepped((10, 25, 50, 75), "% of the time lost"), NO_VALUE)
+LATE = (*stepped((1, 3, 5, 10), "min late"), NO_VALUE)
+
+
+def share_of_largest(column: str, values: pd.Series) -> str:
     """The expression of a column's share in its largest value, 0 to 1."""
-    return f'coalesce("{column}", 0) / {max(largest, 1.0):.6g}'
+    largest = max([1.0, *values.dropna()])
+    return f'coalesce("{column}", 0) / {largest:.6g}'
 
 
-def traffic_style(columns: Iterable[str], share: str, *, temporal: bool = False) -> str:
-    """Lines as wide as the expression ``share`` (0 to 1) says, coloured by speed_ratio.
-
-    Where nobody was, and so no speed is, they are grey, with a label of their own.
-    A ``temporal`` style shows each feature between its fields begin and end.
-    """
-    root = _document()
-    if temporal:
-        _show_from_begin_to_end(root)
-    renderer = SubElement(
-        root,
-        "renderer-v2",
-        {
-            "type": "graduatedSymbol",
-            "attr": f'coalesce("speed_ratio", {NOBODY:g})',
-            "graduatedMethod": "GraduatedColor",
-            "symbollevels": "0",
-            "enableorderby": "0",
-            "forceraster": "0",
-        },
-    )
-    ranges, symbols = SubElement(renderer, "ranges"), SubElement(renderer, "symbols")
-    width = f"scale_linear({share}, 0, 1, {NARROWEST}, {WIDEST})"
-    # rounding may lift the speed a hair above free speed
-    fastest = SPEED_CLASSES[-1]._replace(upper=1.000001)
-    nobody = SpeedClass(NOBODY - 0.5, NOBODY + 0.5, NEUTRAL, NO_TRAFFIC)
-    for number, (lower, upper, colour, label) in enumerate((*SPEED_CLASSES[:-1], fastest, nobody)):
-        SubElement(
-            ranges,
-            "range",
-            {
-                "lower": str(lower),
-                "upper": str(upper),
-                "symbol": str(number),
-                "label": label,
-                "render": "true",
-            },
-        )
-        _line_symbol(symbols, str(number), colour, width)
-    _add_aliases(root, columns)
-    return _text(root)
+def width_of(share: str, widest: float = WIDEST) -> str:
+    """The expression of a width, mm, for one of a share, 0 to 1."""
+    return f"scale_linear({share}, 0, 1, {NARROWEST}, {widest:g})"
 
 
-def nodes_style(columns: Iterable[str]) -> str:
-    """Small grey dots."""
-    root = _document()
-    renderer = SubElement(
-        root, "renderer-v2", {"type": "singleSymbol", "symbollevels": "0", "enableorderby": "0"}
-    )
-    _dot_symbol(SubElement(renderer, "symbols"), "0", "#ffffff", 1.6)
-    _add_aliases(root, columns)
-    return _text(root)
+def styles_of(
+    layers: Mapping[str, pd.DataFrame], description: RunDescription
+) -> dict[str, list[NamedStyle]]:
+    """All styles of all layers that are there, by layer; the first is the default."""
+    side = description.driving_side
+    found = {name: [_plain_style(name)] for name in layers}
+    found["nodes"] = [_nodes(few=len(layers["nodes"]) <= FEW_NODES)]
+    width = width_of(share_of_largest("volume_veh", layers["links"]["volume_veh"]))
+    found["links"] = list(_of_links(width, side))
+    if "link_times" in layers:
+        found["link_states"] = list(_of_states(width_of(SHARE_OF_ROAD), side))
+    if "geometry" in layers.get("import_notes", ()):
+        found["import_notes"] = [_notes()]
+    if "od_lines" in layers:
+        share = share_of_largest("departed_veh", layers["od_lines"]["departed_veh"])
+        found["od_lines"] = [_desire_lines(width_of(share, 4.0), side)]
+    if "trajectories" in layers:
+        found["trajectories"] = [_trajectories()]
+    return {name: found[name] for name in LAYERS if name in found}
 
 
-def notes_style(columns: Iterable[str]) -> str:
+def _of_links(width: str, side: qml.Side) -> Iterator[NamedStyle]:
+    """Speed, delay, queue and volume over the whole run; the width is the volume."""
+    late = 'coalesce("delay_veh_s" / nullif("volume_veh", 0), -1)'
+    queue = 'min(100 * "queue_m" / "length_m", 100)'
+    used = '100 * "volume_to_capacity"'
+    for name, what, lines in (
+        ("speed", "mean speed of the run / free speed", _by_speed(width, side)),
+        ("delay", "mean time lost by a vehicle", Lines(late, DELAY, width, late, side)),
+        ("queue", "longest queue at the end of a bin", Lines(queue, QUEUE, width, queue, side)),
+        ("volume", "mean flow / capacity", Lines(used, CAPACITY, width, '"volume_veh"', side)),
+    ):
+        yield NamedStyle(name, f"colour: {what}; width: volume", _road_style("links", lines))
+
+
+def _of_states(width: str, side: qml.Side) -> Iterator[NamedStyle]:
+    """The same in every time bin; the width is how much of the road is taken."""
+    late = f'if("speed_ratio" is null, -1, max({DELAY_NOW}, 0))'
+    queue = 'min(100 * "queue_m" / "length_m", 100)'
+    used = '100 * "volume_to_capacity"'
+    for name, what, lines in (
+        ("speed", "speed in the bin / free speed", _by_speed(width, side)),
+        ("delay", "time lost at the speed of the bin", Lines(late, DELAY, width, late, side)),
+        ("queue", "queue at the end of the bin", Lines(queue, QUEUE, width, queue, side)),
+        ("flow", "flow in the bin / capacity", Lines(used, CAPACITY, width, used, side)),
+    ):
+        root = _road_style("link_states", lines)
+        qml.show_from_begin_to_end(root)
+        yield NamedStyle(name, f"colour: {what}; width: share of the road that is taken", root)
+
+
+def _by_speed(width: str, side: qml.Side) -> Lines:
+    """Classes of speed; where nobody was, and so no speed is, grey with a label of their own."""
+    slow_last = 'if("speed_ratio" is null, -2, -"speed_ratio")'
+    return Lines(f'coalesce("speed_ratio", {NOBODY:g})', SPEED, width, slow_last, side)
+
+
+def _road_style(layer: str, lines: Lines) -> Element:
+    root = _with_titles(layer)
+    qml.add_lines(root, lines)
+    qml.add_labels(root, "name", NAMES_FROM)
+    qml.add_tip(root, TIPS[layer])
+    return root
+
+
+def _desire_lines(width: str, side: qml.Side) -> NamedStyle:
+    root = _with_titles("od_lines")
+    late = 'coalesce("delay_s" / 60, -1)'
+    qml.add_lines(root, Lines(late, LATE, width, '"departed_veh"', side, 0.75))
+    return NamedStyle("delay", "colour: mean delay of a pair; width: vehicles", root)
+
+
+def _trajectories() -> NamedStyle:
+    root = _with_titles("trajectories")
+    lost = 'coalesce(100 * "delay_s" / nullif("travel_time_s", 0), -1)'
+    qml.add_lines(root, Lines(lost, LOST, "0.35", lost, "none", 0.6))
+    qml.show_from_begin_to_end(root)
+    return NamedStyle("time lost", "colour: share of its time that a trip lost", root)
+
+
+def _nodes(*, few: bool) -> NamedStyle:
+    """Small dots, signals stand out; at large scales only, unless they are few and have names."""
+    root = _with_titles("nodes")
+    kinds = [("signal", "signal", "#f2b84b", 2.0), ("", "node", "#ffffff", 1.2)]
+    qml.add_dots(root, "control", kinds)
+    if few:
+        qml.add_labels(root, "node_id", along=False)
+    else:
+        qml.hide_beyond(root, NODES_FROM)
+    return NamedStyle("control", "signals and other nodes", root)
+
+
+def _notes() -> NamedStyle:
     """Dots by severity: doubts large, warnings smaller, everything else small."""
-    root = _document()
-    renderer = SubElement(
-        root,
-        "renderer-v2",
-        {
-            "type": "categorizedSymbol",
-            "attr": "severity",
-            "symbollevels": "0",
-            "enableorderby": "0",
-            "forceraster": "0",
-        },
-    )
-    categories, symbols = SubElement(renderer, "categories"), SubElement(renderer, "symbols")
-    for number, (severity, colour, size) in enumerate(NOTES):
-        told = {"value": severity, "symbol": str(number), "label": severity, "render": "true"}
-        SubElement(categories, "category", told)
-        _dot_symbol(symbols, str(number), colour, size)
-    _add_aliases(root, columns)
-    return _text(root)
+    root = _with_titles("import_notes")
+    qml.add_dots(root, "severity", NOTES)
+    qml.add_tip(root, f"[% {_as_text('note')} %]")
+    return NamedStyle("severity", "doubts, warnings and everything else", root)
 
 
-def table_style(columns: Iterable[str]) -> str:
+def _plain_style(layer: str) -> NamedStyle:
     """Nothing to draw: names of columns with their units."""
-    root = _document()
-    _add_aliases(root, columns)
-    return _text(root)
+    return NamedStyle(layer, LAYERS[layer].title, _with_titles(layer))
 
 
-def _document() -> Element:
-    return Element("qgis", {"version": QGIS_VERSION, "styleCategories": "AllStyleCategories"})
+def _with_titles(layer: str) -> Element:
+    root = qml.document()
+    qml.add_aliases(root, {column.name: titled(column) for column in LAYERS[layer].columns})
+    return root
 
 
-def _show_from_begin_to_end(root: Element) -> None:
-    """Temporal settings: mode 2 takes start and end of each feature from two fields."""
-    temporal = SubElement(
-        root,
-        "temporal",
-        {
-            "enabled": "1",
-            "mode": "2",
-            "startField": "begin",
-            "endField": "end",
-            "limitMode": "0",
-            "durationUnit": "min",
-            "fixedDuration": "0",
-            "durationField": "",
-            "accumulate": "0",
-            "startExpression": "",
-            "endExpression": "",
-        },
+def _as_text(column: str) -> str:
+    """An expression of a column's text that HTML shows as it is."""
+    marks = "'&', '&amp;', '<', '&lt;', '>', '&gt;', '\"', '&quot;'"
+    first, *others = (pair for pair in zip(*[iter(marks.split(", "))] * 2, strict=True))
+    text = f'replace("{column}", {first[0]}, {first[1]})'
+    for mark, code in others:
+        text = f"replace({text}, {mark}, {code})"
+    return text
+
+
+def _tip(rows: Mapping[str, str]) -> str:
+    """HTML of a tip: the road's name, then what is known of it, a row each."""
+    head = f"coalesce({_as_text('name')}, {_as_text('link_id')})"
+    table = "".join(
+        f"<tr><td>{what}</td><td align='right'>[% {value} %]</td></tr>"
+        for what, value in rows.items()
     )
-    fixed = SubElement(temporal, "fixedRange")
-    SubElement(fixed, "start")
-    SubElement(fixed, "end")
+    return f"<b>[% {head} %]</b><table>{table}</table>"
 
 
-def _dot_symbol(symbols: Element, name: str, colour: str, size: float) -> None:
-    symbol = SubElement(symbols, "symbol", {"type": "marker", "name": name, "alpha": "1"})
-    layer = SubElement(symbol, "layer", {"class": "SimpleMarker", "enabled": "1", "pass": "0"})
-    properties = {
-        "name": "circle",
-        "color": _rgba(colour),
-        "outline_color": _rgba("#4d4d4d"),
-        "outline_width": "0.3",
-        "outline_width_unit": "MM",
-        "size": f"{size:g}",
-        "size_unit": "MM",
-    }
-    _add_properties(layer, properties)
+_SPEEDS = "coalesce(round(\"speed_kmh\"), '–') || ' of ' || round(\"free_speed_kmh\") || ' km/h'"
 
-
-def _line_symbol(symbols: Element, name: str, colour: str, width: str) -> None:
-    symbol = SubElement(symbols, "symbol", {"type": "line", "name": name, "alpha": "1"})
-    layer = SubElement(symbol, "layer", {"class": "SimpleLine", "enabled": "1", "pass": "0"})
-    properties = {
-        "line_color": _rgba(colour),
-        "line_style": "solid",
-        "line_width": "0.5",
-        "line_width_unit": "MM",
-        "offset": "0.4",
-        "offset_unit": "MM",
-        "capstyle": "flat",
-        "joinstyle": "round",
-    }
-    _add_properties(layer, properties)
-    # a positive offset lies to the right of the line's direction
-    _add_expressions(layer, {"outlineWidth": width, "offset": f"0.15 + ({width}) / 2"})
-
-
-def _add_properties(layer: Element, properties: Mapping[str, str]) -> None:
-    for key, value in properties.items():
-        SubElement(layer, "prop", {"k": key, "v": value})
-
-
-def _add_expressions(layer: Element, expressions: Mapping[str, str]) -> None:
-    """Properties that follow from the feature's columns (type 3 is an expression)."""
-    defined = SubElement(layer, "data_defined_properties")
-    collection = SubElement(defined, "Option", {"type": "Map"})
-    SubElement(collection, "Option", {"name": "name", "type": "QString", "value": ""})
-    properties = SubElement(collection, "Option", {"name": "properties", "type": "Map"})
-    for name, expression in expressions.items():
-        property_ = SubElement(properties, "Option", {"name": name, "type": "Map"})
-        for key, type_, value in (
-            ("active", "bool", "true"),
-            ("expression", "QString", expression),
-            ("type", "int", "3"),
-        ):
-            SubElement(property_, "Option", {"name": key, "type": type_, "value": value})
-    SubElement(collection, "Option", {"name": "type", "type": "QString", "value": "collection"})
-
-
-def _add_aliases(root: Element, columns: Iterable[str]) -> None:
-    aliases = SubElement(root, "aliases")
-    for index, column in enumerate(columns):
-        alias = ALIASES.get(column, "")
-        SubElement(aliases, "alias", {"field": column, "index": str(index), "name": alias})
-
-
-def _rgba(colour: str) -> str:
-    """#rrggbb in QGIS's way."""
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return f"{red},{green},{blue},255"
-
-
-def _text(root: Element) -> str:
-    indent(root)
-    doctype = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-    return doctype + tostring(root, encoding="unicode")
+TIPS = {
+    "links": _tip(
+        {
+            "volume": "round(\"volume_veh\") || ' veh'",
+            "speed": _SPEEDS,
+            "time lost": "round(\"delay_veh_s\" / 3600, 1) || ' veh·h'",
+            "longest queue": "round(\"queue_m\") || ' m'",
+        }
+    ),
+    "link_states": _tip(
+        {
+            "flow": "round(\"flow_vph\") || ' veh/h'",
+            "speed": _SPEEDS,
+            "time lost": "round(\"delay_veh_s\" / 3600, 2) || ' veh·h'",
+            "queue": "round(\"queue_m\") || ' m'",
+        }
+    ),
+}
