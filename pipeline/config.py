@@ -18,21 +18,24 @@ from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
 from pipeline.ingest_config import IngestSection
 from pipeline.plot_config import PlotEntry
+from pipeline.space_time_config import SpaceTimeSection
 from uxsim_geo.settings import Settings
 
 
-def _in_utc(instant: datetime) -> datetime:
+def _also_in_utc(instant: datetime) -> datetime:
+    """Keep the zone, in which pictures tell the time; tables tell it in UTC."""
     try:
-        return instant.astimezone(UTC)
+        instant.astimezone(UTC)
     except OverflowError:
         raise ValueError("must lie in the years 1 to 9999, also in UTC") from None
+    return instant
 
 
 #: what a report can hold; ``pipeline.report`` has one function for each
 Output = Literal["geopackage", "space_time"]
 
 
-Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_in_utc)]
+Instant = Annotated[AwareDatetime, Field(strict=False), AfterValidator(_also_in_utc)]
 
 
 class SimulateSection(LocatedSection):
@@ -122,6 +125,9 @@ class ReportSection(LocatedSection):
         ),
         strict=False,
         description="pictures and films for the folder plots/",
+    )
+    space_time: SpaceTimeSection = Field(
+        SpaceTimeSection(), description="section: what the output space_time shows, and its forms"
     )
 
     @model_validator(mode="after")

@@ -15,6 +15,7 @@ from pipeline.material import Material, check_bins_of_report, read_material
 from pipeline.plots import FOLDER, check_plots, write_plot
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS
+from pipeline.space_time import check_space_time, space_time_writers
 from pipeline.stages import Outcome, Stage, Task
 from uxsim_geo.errors import InputError
 from uxsim_geo.files import replace_when_complete
@@ -38,6 +39,7 @@ def _run(task: Task) -> Outcome:
     plots = task.config.report.plots
     check_bins_of_report(task.config, len(material.network.links))
     check_plots(task.config, material.network)
+    check_space_time(task.config)
     task.begin_writing()
     _write_summary(material, task.folder / SUMMARY)
     if plots:
@@ -60,8 +62,11 @@ def _writers(task: Task, material: Material) -> dict[str, Callable[[Path], None]
     """By the name of each file, the function that writes it to a path."""
     writers: dict[str, Callable[[Path], None]] = {}
     for output in task.config.report.outputs:
-        name, write = OUTPUTS[output]
-        writers[name] = partial(write, material)
+        if output == "space_time":
+            writers |= space_time_writers(material, task.watch.drawn)
+        else:
+            name, write = OUTPUTS[output]
+            writers[name] = partial(write, material)
     for entry in task.config.report.plots:
         progress = partial(task.watch.drawn, entry.file_name)
         name = f"{FOLDER}/{entry.file_name}"
@@ -93,12 +98,6 @@ def _write_geopackage(material: Material, path: Path) -> None:
     write_geopackage(path, material.network, material.states, description)
 
 
-def _write_space_time(material: Material, path: Path) -> None:
-    from uxsim_geo.export.space_time import write_space_time
-
-    write_space_time(path, material.network, material.states, material.config.name)
-
-
 def _information(material: Material) -> dict[str, object]:
     """Return what run_info says: nothing that differs between two equal runs."""
     import uxsim_geo.version
@@ -119,8 +118,8 @@ def _information(material: Material) -> dict[str, object]:
     }
 
 
-#: name of the file and the function that writes it, by the output's name in a configuration
+#: name of the file and the function that writes it, by the output's name in a configuration;
+#: the output space_time has files of its own
 OUTPUTS: dict[Output, tuple[str, Callable[[Material, Path], None]]] = {
     "geopackage": ("results.gpkg", _write_geopackage),
-    "space_time": ("space_time.png", _write_space_time),
 }
