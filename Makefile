@@ -1,6 +1,7 @@
 # make demo    installs into .venv, then runs the main job; FORCE=1 runs every stage again
-# make test    installs the test tools too, then checks style, types, layers and behaviour
+# make test    installs the test tools too, then checks style, types, layers, pages and behaviour
 # make docs    writes the pages made from the code; make pictures draws those of the pages anew
+# make site    makes the web site of all pages, in build/site
 # make lock    resolves the dependencies anew (needs uv)
 #
 # PYTHON names the interpreter for .venv: make PYTHON=python3.12 demo
@@ -22,7 +23,7 @@ CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
 INSTALLED := $(VENV)/.installed
 INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 
-.PHONY: help demo install test lint check-types check-layers unit-test docs pictures lock clean
+.PHONY: help demo install test lint check-types check-layers unit-test docs pictures site lock clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -33,7 +34,7 @@ demo: $(INSTALLED)
 
 install: $(INSTALLED)
 
-test: lint check-types check-layers unit-test
+test: lint check-types check-layers site unit-test
 
 lint: $(INSTALLED_FOR_TEST)
 	$(BIN)/ruff check .
@@ -54,9 +55,12 @@ docs: $(INSTALLED)
 pictures: $(INSTALLED)
 	$(BIN)/python docs/pictures.py
 
+site: $(INSTALLED_FOR_TEST)
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/site
+
 lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock
-	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra video --extra omx \
+	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra video --extra omx --extra docs \
 		-c requirements.lock -o requirements-test.lock
 
 LOCK_OPTIONS := --quiet --universal --python-version 3.11 --generate-hashes --upgrade \

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pipeline.config import Config
 from pipeline.config_keys import named_files
 from pipeline.demand_sources import of_class, read_demand_entries
+from pipeline.import_notes import PAGE, with_doubts, write_page
 from pipeline.ingest_config import IngestSection
 from pipeline.osm_roads import CACHE, downloaded_files, fetch_roads, roads_of
 from pipeline.progress import Watch
@@ -19,13 +20,12 @@ from pipeline.stages import Outcome, Stage, Task
 from pipeline.tntp_sources import dataset_inputs, fetch_dataset, files_of, note_dataset
 from pipeline.warned import number_in_words, warnings_in
 from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.network.rows import count
 
 if TYPE_CHECKING:
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.network.network import Network
-
-#: told what is being done, and how far it has come, 0 to 1
-Progress = Callable[[str, float], None]
+    from uxsim_geo.network.telling import Telling
 
 #: where the tables lie in a run folder
 NETWORK = "network"
@@ -51,6 +51,7 @@ def _run(task: Task) -> Outcome:
 
     from uxsim_geo.demand.files import write_demand
     from uxsim_geo.network.files import write_network
+    from uxsim_geo.network.note_geometry import placed
     from uxsim_geo.network.notes import Notes
     from uxsim_geo.network.signal_table import write_signal_table
 
@@ -58,7 +59,8 @@ def _run(task: Task) -> Outcome:
     network, demand = read_sources(section, task.watch.drawn)
     notes = Notes()
     signals = signal_table(section, network, notes)
-    network = replace(network, notes=pd.concat([network.notes, notes.table()], ignore_index=True))
+    told = pd.concat([network.notes, notes.table()], ignore_index=True)
+    network = replace(network, notes=placed(told, network))
     task.begin_writing()
     paths = write_network(network, task.folder / NETWORK)
     paths += write_demand(demand, task.folder / DEMAND)
@@ -66,6 +68,7 @@ def _run(task: Task) -> Outcome:
     if signals is not None:
         write_signal_table(signals, task.folder / SIGNALS)
         paths.append(task.folder / SIGNALS)
+    paths.append(write_page(task.config, network, demand, task.folder / PAGE))
     names = [path.relative_to(task.folder.path).as_posix() for path in paths]
     told = pd.concat([network.notes, demand.notes])
     return Outcome(names, _words(network, demand), warnings=warnings_in(told))
@@ -74,10 +77,8 @@ def _run(task: Task) -> Outcome:
 STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare)
 
 
-def read_sources(
-    section: IngestSection, progress: Progress | None = None
-) -> tuple[Network, Demand]:
-    """Read network and demand, corrected by the overrides.
+def read_sources(section: IngestSection, progress: Telling | None = None) -> tuple[Network, Demand]:
+    """Read network and demand, corrected by the overrides; what looks doubtful is in the notes.
 
     ``progress`` is told what is being done and how far it has come, 0 to 1. Raises
     :class:`uxsim_geo.errors.InputError` with all that is wrong in the files; what needs the network
@@ -89,11 +90,11 @@ def read_sources(
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.network.overrides import apply_overrides
 
-    network = NETWORKS[section.format](section, progress)
+    network = as_read = NETWORKS[section.format](section, progress)
     if section.steps is not None:
         from uxsim_geo.network.ready import make_ready
 
-        side = section.osm.driving_side if section.osm is not None else "right"
+        side = section.osm.side() if section.osm is not None else "right"
         network = make_ready(network, section.steps.options(side), progress=progress)
     faults: list[Fault] = []
     demands: list[Demand] = []
@@ -116,10 +117,10 @@ def read_sources(
     if "class" in table:
         table["class"] = table["class"].fillna(DEFAULT)
     notes = pd.concat([demand.notes for demand in demands], ignore_index=True)
-    return network, Demand(table, notes)
+    return with_doubts(network, as_read), Demand(table, notes)
 
 
-def _tntp_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _tntp_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     from uxsim_geo.network.tntp import read_tntp_network
 
     files, options = files_of(section), section.network_options()
@@ -129,7 +130,7 @@ def _tntp_network(section: IngestSection, progress: Progress | None) -> Network:
     return note_dataset(network, section)
 
 
-def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
+def _osm_network(section: IngestSection, progress: Telling | None) -> Network:
     from uxsim_geo.network.osm import read_osm_network
 
     assert section.osm is not None
@@ -142,14 +143,14 @@ def _osm_network(section: IngestSection, progress: Progress | None) -> Network:
     return note_download(read_osm_network(roads.path, options, progress=progress), roads)
 
 
-def _gmns_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _gmns_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     from uxsim_geo.network.gmns import read_gmns_network
 
     assert section.gmns is not None
     return read_gmns_network(section.gmns.folder, section.gmns.options(section.jam_density))
 
 
-def _csv_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _csv_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     return _csv_tables(section)[0]
 
 
@@ -162,7 +163,7 @@ def _csv_tables(section: IngestSection) -> tuple[Network, Demand]:
     return read_uxsim_csv(*files, UxsimCsvOptions(section.csv.crs))
 
 
-def _tables_network(section: IngestSection, progress: Progress | None) -> Network:  # noqa: ARG001
+def _tables_network(section: IngestSection, progress: Telling | None) -> Network:  # noqa: ARG001
     from uxsim_geo.network.mapped import read_mapped_network
 
     told = section.tables
@@ -177,7 +178,7 @@ def _tables_network(section: IngestSection, progress: Progress | None) -> Networ
 
 
 #: one reader a format
-NETWORKS: dict[str, Callable[[IngestSection, Progress | None], Network]] = {
+NETWORKS: dict[str, Callable[[IngestSection, Telling | None], Network]] = {
     "tntp": _tntp_network,
     "osm": _osm_network,
     "gmns": _gmns_network,
@@ -223,7 +224,9 @@ def _other_demand(section: IngestSection, network: Network) -> list[Demand]:
 
 def _words(network: Network, demand: Demand) -> str:
     pairs = len(demand.table[["origin", "destination"]].drop_duplicates())
+    doubts = int((network.notes["severity"] == "doubt").sum())
     return (
         f"{len(network.nodes):,} nodes, {len(network.links):,} links, {pairs:,} OD pairs, "
         f"{number_in_words(demand.table['vehicles'].sum())} trips"
+        + (f"; {count(doubts, 'doubtful spot')}, see {PAGE}" if doubts else "")
     )

@@ -16,9 +16,10 @@ from pipeline.config_keys import (
     ServerUrl,
 )
 from uxsim_geo.demand.profile import TripsOptions
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.gmns_options import MOTOR_USES, GmnsOptions
 from uxsim_geo.network.mapped_options import ColumnMapping, Direction
-from uxsim_geo.network.osm_options import PUBLIC_ROADS, OsmOptions
+from uxsim_geo.network.osm_options import PUBLIC_ROADS, Barriers, BusLanes, OsmOptions
 from uxsim_geo.network.osm_query import OsmQuery
 from uxsim_geo.network.osm_servers import Servers
 from uxsim_geo.network.units import KMH
@@ -71,9 +72,19 @@ class OsmSection(Section):
         description="whose speeds and lanes are assumed where the file has none: default, or a "
         "code as DE",
     )
-    driving_side: Literal["right", "left"] = Field("right", description="noted with the import")
+    driving_side: DrivingSide | None = Field(
+        None, description="noted with the import; none: that of the country"
+    )
     private: bool = Field(
         False, description="roads of private access, of residents and deliveries too"
+    )
+    barriers: Barriers = Field(
+        "obeyed",
+        description="obeyed: roads are cut where bollards, blocks or locked gates keep cars out; "
+        "ignored: nowhere",
+    )
+    bus_lanes: BusLanes = Field(
+        "reserved", description="reserved: lanes of buses do not count as lanes; shared: they do"
     )
     class_table: InputFile | None = Field(
         None, description="CSV that overrides what is assumed by road class and country"
@@ -113,6 +124,10 @@ class OsmSection(Section):
         own = self.overpass_url, self.nominatim_url
         return Servers(*own, timeout_s=self.timeout_s, max_mb=self.max_download_mb)
 
+    def side(self) -> DrivingSide:
+        """Return the side that is driven on: as told, or that of the country."""
+        return self.options(0.2).side
+
     def options(self, jam_density: float) -> OsmOptions:
         """Return what the reader is told; ``jam_density`` is that of the whole ingestion."""
         return OsmOptions(
@@ -120,6 +135,8 @@ class OsmSection(Section):
             country=self.country,
             driving_side=self.driving_side,
             private=self.private,
+            barriers=self.barriers,
+            bus_lanes=self.bus_lanes,
             class_table=self.class_table,
             zone_table=self.zone_table,
             jam_density=jam_density,

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.import_notes import summary_rows
 from pipeline.ingest import DEMAND_NOTES, NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: rows of a table that fit a screen
-ROWS_SHOWN = 12
+ROWS_SHOWN = 8
 
 
 def inspect_path(path: Path) -> str:
@@ -61,7 +62,7 @@ def describe_run(path: Path) -> str:
 
 
 def describe_network(path: Path) -> str:
-    """Counts, lengths, ranges of the attributes, CRS, and the topics of the import notes."""
+    """Counts, lengths, ranges of the attributes, CRS, what is assumed and doubtful, and notes."""
     from uxsim_geo.network.files import read_network
     from uxsim_geo.network.network import REQUIRED_LINK_COLUMNS
     from uxsim_geo.network.rows import add_missing_columns
@@ -83,8 +84,10 @@ def describe_network(path: Path) -> str:
         ("banned turns", f"{len(network.movements):,}", ""),
         ("CRS", crs.to_string() if crs else "none", ""),
     ]
+    told = network.notes[network.notes["severity"] != "doubt"]
+    summary = align(summary_rows(network))
     return "\n\n".join(
-        [f"network {path}", align(rows), _notes("import notes", network.notes)]
+        [f"network {path}", align(rows), summary, _notes("import notes", told)]
     ).rstrip()
 
 
@@ -165,12 +168,14 @@ def _rounded(number: float) -> str:
 
 
 def _zones(nodes: pd.DataFrame) -> str:
-    """How many zones there are, at how many nodes: one may have several nodes, and share them."""
+    """How many zones there are, at how many nodes, which may share them; nothing without zones."""
     import pandas as pd
 
     columns = [name for name in ("zone_id", "origin_of", "destination_of") if name in nodes]
     ids = pd.concat([nodes[name].dropna().astype(str).str.split().explode() for name in columns])
     ids = ids.dropna()
+    if ids.empty:
+        return ""
     return f"{ids.index.nunique():,} of them carry {ids.nunique():,} zones"
 
 

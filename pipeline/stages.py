@@ -30,6 +30,7 @@ from pipeline.runs import (
 #: distributions whose version can change a result
 DISTRIBUTIONS = (
     "geopandas",
+    "jinja2",
     "matplotlib",
     "numba",
     "numpy",
@@ -41,6 +42,9 @@ DISTRIBUTIONS = (
     "scipy",
     "shapely",
 )
+
+#: ends of the names of files that the program consists of
+SOURCES = (".py", ".csv", ".jinja")
 
 
 @dataclass(frozen=True)
@@ -212,10 +216,14 @@ def versions() -> dict[str, str]:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 over the program's own source: a result made by other code is out of date."""
+    """SHA-256 over the program's own source: a result made by other code is out of date.
+
+    Tables of assumptions and templates of pages belong to it.
+    """
     digest = hashlib.sha256()
     for package in (Path(__file__).parent, Path(uxsim_geo.version.__file__).parent):
-        for path in sorted(package.rglob("*.py")):
-            digest.update(path.relative_to(package.parent).as_posix().encode())
-            digest.update(path.read_bytes())
+        for path in sorted(package.rglob("*")):
+            if path.suffix in SOURCES:
+                digest.update(path.relative_to(package.parent).as_posix().encode())
+                digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -23,6 +23,9 @@ CLOSED = {
     *("military", "emergency", "bus", "taxi", "official_vehicles", "staff", "permissive_no"),
 }
 
+#: kinds of barriers that keep cars out, of all that stand on roads in the files
+SHUT = {"block", "bollard", "chain", "cycle_barrier", "fence", "jersey_barrier", "log", "wall"}
+
 Tags = dict[str, str]
 
 
@@ -32,6 +35,7 @@ class Raw:
 
     places: dict[int, tuple[float, float]] = field(default_factory=dict)
     node_tags: dict[int, Tags] = field(default_factory=dict)
+    barriers: dict[int, Tags] = field(default_factory=dict)
     ways: dict[int, tuple[list[int], Tags]] = field(default_factory=dict)
     relations: dict[int, tuple[Tags, list[tuple[str, int, str]]]] = field(default_factory=dict)
 
@@ -86,6 +90,16 @@ def is_oneway(tags: Tags) -> bool:
     return said in ("yes", "true", "1", "-1", "reverse") or any(closed)
 
 
+def is_shut(tags: Tags) -> bool:
+    """Whether a barrier keeps cars out: as it says itself, else by its kind."""
+    for key in ("motorcar", "motor_vehicle", "vehicle", "access"):
+        if key in tags:
+            return tags[key] in CLOSED
+    if tags.get("bollard") == "rising":
+        return False
+    return tags["barrier"] in SHUT or tags.get("locked") == "yes"
+
+
 def is_drivable(tags: Tags) -> bool:
     """Whether a way is a public road for cars."""
     if tags.get("highway") not in CLASSES or tags.get("area") == "yes":
@@ -106,6 +120,8 @@ def read_raw(path: Path) -> Raw:
             raw.places[element.id] = (element.location.lon, element.location.lat)
             if "highway" in element.tags:
                 raw.node_tags[element.id] = _tags(element)
+            if "barrier" in element.tags:
+                raw.barriers[element.id] = _tags(element)
         elif element.is_way():
             if is_drivable(tags := _tags(element)):
                 raw.ways[element.id] = ([node.ref for node in element.nodes], tags)

@@ -182,6 +182,7 @@ def test_a_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
         "demand.parquet",
         "demand_notes.parquet",
         "events.parquet",
+        "import_notes.html",
         "manifest.json",
         "network/import_notes.parquet",
         "network/links.parquet",

@@ -109,3 +109,28 @@ def test_inspect_refuses_what_it_does_not_know(
     for name in ("other.gpkg", "other.parquet", "summary.json"):
         assert main(["inspect", str(finished / name)]) == 2
         assert capsys.readouterr().err.startswith("error: ")
+
+
+@pytest.mark.parametrize("name", ["", "network"])
+def test_inspect_sums_up_what_is_given_assumed_and_doubtful(
+    finished: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    assert main(["inspect", str(finished / name)]) == 0
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    # lanes follow from the capacities, speeds from times in the file
+    assert "given by the source lanes 0.0 %, speed 100.0 % of 2.0 km" in lines
+    assert "short links 0, 0.0 % driven in less than 5 s" in lines
+    assert "doubtful spots none" in lines
+
+
+def test_inspect_counts_doubts_by_kind(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = finished / "network/import_notes.parquet"
+    notes = pd.read_parquet(path).drop(columns="geometry")
+    doubt = ["link", "1-3", "doubtful speed", "doubt", "far", "50-90-50 km/h"]
+    more = ["link", None, "doubtful speed", "doubt", "more", "1200"]
+    for row in (doubt, more):
+        notes.loc[len(notes)] = row
+    notes.to_parquet(path)
+    assert main(["inspect", str(finished / "network")]) == 0
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert "doubtful speed 1,201 spots to look at" in lines

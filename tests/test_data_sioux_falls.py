@@ -14,7 +14,9 @@ from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.demand.tntp import read_tntp_trips
 from uxsim_geo.network.check import check_network
+from uxsim_geo.network.doubts import CONNECTIONS, note_doubts
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.overrides import apply_overrides
 from uxsim_geo.network.tntp import read_tntp_network
 from uxsim_geo.network.tntp_options import TntpOptions
@@ -50,6 +52,12 @@ def test_it_can_be_simulated(network: Network, demand: Demand) -> None:
     warnings = network.notes[network.notes["severity"] == "warning"]
     assert warnings["topic"].tolist() == ["length copied"]
     assert (demand.notes["severity"] == "info").all()
+
+
+def test_nothing_in_it_is_doubtful(network: Network) -> None:
+    notes = Notes()
+    note_doubts(network, notes)
+    assert set(notes.table()["topic"]) == {CONNECTIONS}
 
 
 def test_it_has_the_published_size(network: Network, demand: Demand) -> None:

@@ -38,7 +38,7 @@ def test_the_example_runs_and_gives_the_table_shown(
     result = names["result"]
     assert isinstance(result, Result)
     assert (result.trips["status"] == "completed").all()
-    assert Path("signals.csv").read_text(encoding="utf-8") == block("csv")
+    assert Path("signals.csv").read_text(encoding="utf-8") == block("text")
 
 
 def test_every_column_and_load_is_listed() -> None:

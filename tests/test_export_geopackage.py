@@ -8,8 +8,10 @@ import shutil
 import sqlite3
 import subprocess
 from contextlib import closing
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
+from typing import get_args
 from xml.etree import ElementTree
 
 import geopandas as gpd
@@ -27,6 +29,8 @@ from uxsim_geo.export.geopackage import RunDescription, write_geopackage
 from uxsim_geo.export.layers import link_times_layer, links_layer
 from uxsim_geo.network.diagram import diagram_capacity
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.note_geometry import placed
+from uxsim_geo.network.notes import Severity
 from uxsim_geo.settings import Settings
 
 LAYERS = {"nodes", "links", "link_times", "link_states", "import_notes", "run_info"}
@@ -325,3 +329,25 @@ def test_gdal_lists_the_layers_and_its_validator_accepts_the_file(package: Path)
         [python, "-m", module, "-k", package], capture_output=True, text=True, check=False
     )
     assert verdict.returncode == 0, verdict.stdout + verdict.stderr
+
+
+@pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:25832", None])
+@pytest.mark.parametrize("element_id", ["a'b", "gone"])
+def test_notes_with_places_are_points_coloured_by_severity(
+    tmp_path: Path, crs: str | None, element_id: str
+) -> None:
+    network = two_way_road(crs)
+    bare = network.notes.assign(element_id=element_id)
+    path = tmp_path / "results.gpkg"
+    write(path, replace(network, notes=placed(bare, network)))
+    assert pyogrio.read_info(path, layer="import_notes")["geometry_type"] == "Point"
+    (shape,) = pyogrio.read_dataframe(path, layer="import_notes").geometry
+    if element_id == "gone":
+        assert shape is None
+    else:
+        assert (shape.x, shape.y) == pytest.approx((8.005, 49.0))
+    (style,) = rows(path, "SELECT styleQML FROM layer_styles WHERE f_table_name = 'import_notes'")
+    root = ElementTree.fromstring(str(style[0]))
+    told = {one.get("value"): one.get("symbol") for one in root.iter("category")}
+    assert set(told) == set(get_args(Severity))
+    assert set(told.values()) == {one.get("name") for one in root.iter("symbol")}

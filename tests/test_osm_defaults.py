@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from osm_files import both_ways, node, read, read_data, way
 
 from uxsim_geo.errors import InputError
+from uxsim_geo.network.driving_side import LEFT
 from uxsim_geo.network.osm import read_osm_network
 from uxsim_geo.network.osm_defaults import read_defaults
 from uxsim_geo.network.osm_options import ROAD_CLASSES, OsmOptions
@@ -74,6 +76,90 @@ def test_own_zones(tmp_path: Path) -> None:
     assert defaults.zone("DE", "nowhere") is None
 
 
+#: countries of the measured files and those that analysts ask for most
+COUNTRIES = (
+    *("AD", "AR", "AT", "AU", "BE", "BR", "CA", "CH", "CL", "CN", "CO", "CZ", "DE", "DK", "ES"),
+    *("FI", "FR", "GB", "GR", "HR", "HU", "IE", "IL", "IN", "IT", "JP", "KR", "LU", "MC", "MX"),
+    *("NL", "NO", "NZ", "PL", "PT", "RO", "RS", "SE", "SG", "SI", "SK", "TH", "TR", "US", "ZA"),
+)
+
+#: km/h of zones that were looked up one by one: laws of the countries, see docs/networks.md
+LOOKED_UP = {
+    ("AT", "rural"): 100,
+    ("BE-BRU", "urban"): 30,
+    ("BR", "rural"): 100,
+    ("CH", "rural"): 80,
+    ("DK", "living_street"): 15,
+    ("ES", "urban"): 30,
+    ("FI", "rural"): 80,
+    ("FR", "rural"): 80,
+    ("GB-WLS", "nsl_restricted"): 20 * 1.609344,
+    ("IE", "rural"): 60,
+    ("MC", "urban"): 50,
+    ("PL", "trunk"): 120,
+    ("RS", "motorway"): 130,
+    ("TR", "motorway"): 130,
+    ("US-OR", "rural"): 55 * 1.609344,
+    ("ZA", "urban"): 60,
+}
+
+
+@pytest.mark.parametrize("country", COUNTRIES)
+def test_countries_are_known_with_speeds_that_go_together(country: str) -> None:
+    defaults = read_defaults(OsmOptions(country=country))
+    speeds = {zone: defaults.zone(country, zone) or 0.0 for zone in ("urban", "rural", "motorway")}
+    assert 0 < speeds["urban"] <= speeds["rural"] <= speeds["motorway"]
+    assert defaults.speed(country, "residential") <= 50 / 3.6 + 1e-9
+    assert defaults.speed(country, "residential") <= defaults.speed(country, "primary")
+
+
+@pytest.mark.parametrize("road_class", ["motorway", "living_street"])
+def test_classes_that_are_zones_have_their_speeds(road_class: str) -> None:
+    defaults = read_defaults(OsmOptions())
+    zones = {key[0]: speed for key, speed in defaults.zones.items() if key[1] == road_class}
+    classes = {
+        key[0]: speed
+        for key, speed in defaults.classes.items()
+        if key[1:] == (road_class, "speed") and key[0] != "default"
+    }
+    assert set(zones) - {"default"} <= set(classes)
+    assert all(zones.get(country, speed) == speed for country, speed in classes.items())
+
+
+@pytest.mark.parametrize("place", LOOKED_UP)
+def test_speeds_of_the_law(place: tuple[str, str]) -> None:
+    found = read_defaults(OsmOptions()).zone(*place)
+    assert found == pytest.approx(LOOKED_UP[place] / 3.6)
+
+
+@pytest.mark.parametrize(
+    ("country", "told", "side"),
+    [
+        ("default", None, "right"),
+        ("DE", None, "right"),
+        ("GB", None, "left"),
+        ("UK", None, "left"),
+        ("GB-WLS", None, "left"),
+        ("AU-WA", None, "left"),
+        ("JP", None, "left"),
+        ("IE", None, "left"),
+        ("US", None, "right"),
+        ("VI", None, "left"),
+        ("GB", "right", "right"),
+        ("default", "left", "left"),
+    ],
+)
+def test_the_side_is_that_of_the_country_unless_told(
+    country: str, told: Literal["right", "left"] | None, side: str
+) -> None:
+    assert OsmOptions(country=country, driving_side=told).side == side
+
+
+def test_as_many_countries_drive_on_the_left_as_lists_have() -> None:
+    assert len(LEFT - {"UK"}) == 75
+    assert all(len(code) == 2 for code in LEFT)
+
+
 def test_merge_priorities_are_those_of_the_class() -> None:
     links = read_data("shapes.osm").links
     assert set(links["merge_priority"][links["road_class"] == "tertiary"]) == {3.0}
@@ -128,6 +214,8 @@ def test_tables_that_are_none_are_told(tmp_path: Path, content: str) -> None:
         {"road_classes": ()},
         {"road_classes": ("motorway", "footway")},
         {"driving_side": "middle"},
+        {"barriers": "closed"},
+        {"bus_lanes": None},
         {"jam_density": 0.0},
         {"signal_distance": float("nan")},
         {"max_unpacked_mb": -1.0},

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from osm_files import node as node_at
 from osm_files import noted, read, read_data, restriction, topics
@@ -15,6 +16,7 @@ from pyproj import Geod
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS
 from uxsim_geo.network.osm_links import OWN_LINK_COLUMNS
+from uxsim_geo.network.osm_options import OsmOptions
 
 
 def ends(name: str, file: str = "shapes.osm") -> list[str]:
@@ -91,8 +93,12 @@ def test_ways_are_cut_where_the_file_lacks_nodes() -> None:
     network = read_data("edges.osm")
     assert ends("with gaps", "edges.osm") == ["21-22", "23-24"]
     missing = network.notes[network.notes["topic"] == "missing nodes"]
-    told = [(note.split()[1], value) for note, value in missing[["note", "value"]].values]
-    assert told == [("120", "4"), ("121", "2")]
+    with_links = missing[missing["element_id"].notna()]
+    assert with_links[["element_id", "value"]].values.tolist() == [["120:21-22", "4"]]
+    without = missing[missing["element_id"].isna()]
+    assert [(note.split()[1], value) for note, value in without[["note", "value"]].values] == [
+        ("121", "2")
+    ]
     assert set(missing["severity"]) == {"warning"}
     assert noted(network, "way without links") == ["121", "150", "151"]
 
@@ -138,3 +144,38 @@ def test_ways_are_cut_at_the_place_of_a_restriction(tmp_path: Path) -> None:
         zip(network.movements["from_link_id"], network.movements["to_link_id"], strict=True)
     )
     assert pairs == {("10:1-2", "10:2-1"), ("10:3-2", "10:2-3")}
+
+
+def test_where_one_drives_on_the_left_directions_and_lanes_are_as_drawn() -> None:
+    """South of the equator, clockwise round: nothing is turned about, and the side is noted."""
+    network = read_data("left_hand.osm", OsmOptions(country="AU"))
+    assert ends("clockwise", "left_hand.osm") == ["12-13", "13-14", "14-12"]
+    assert ends("eastward", "left_hand.osm") == ["3-12"]
+    assert ends("westward", "left_hand.osm") == ["14-1"]
+    links = network.links
+    carriageways = links[links["name"].isin(["eastward", "westward"])]
+    assert carriageways["oneway"].all()
+    assert set(carriageways["lanes"]) == {2}
+    single = links[links["name"] == "single"].set_index("direction")
+    assert single["lanes"].to_dict() == {"forward": 1, "backward": 2}
+    assert single["turn_lanes"].to_dict() == {"forward": "through", "backward": "left|through"}
+    assert noted(network, "driving side") == ["left"]
+    assert noted(read_data("left_hand.osm"), "driving side") == ["right"]  # of no country
+
+
+def test_ends_at_which_a_path_goes_on_or_nothing_does_are_marked(tmp_path: Path) -> None:
+    elements = [
+        *(node_at(number, number, 0.0) for number in (1, 2)),
+        node_at(3, 3.0, 0.0, {"noexit": "yes"}),
+        node_at(4, 1.0, 1.0),
+        node_at(5, 1.0, 2.0),
+        way_over(10, [1, 2, 3]),
+        way_over(11, [2, 4]),
+        way_over(12, [4, 5], {"highway": "steps"}),
+    ]
+    network = read(tmp_path, *elements)
+    beyond = dict(zip(network.nodes["node_id"], network.nodes["beyond"].fillna(""), strict=True))
+    assert beyond == {"1": "", "2": "", "3": "noexit", "4": "other way"}
+    turned = read(tmp_path, *reversed(elements))
+    pd.testing.assert_frame_equal(network.nodes, turned.nodes)
+    assert list(network.links["source_id"].unique()) == ["10", "11"]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from osm_raw import Raw, is_oneway, read_raw
+from osm_raw import Raw, is_oneway, is_shut, read_raw
 
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import Network
@@ -124,9 +124,37 @@ def test_signals(both: tuple[Network, Raw]) -> None:
     assert ((network.nodes["control"] == "signal") == network.nodes["node_id"].isin(own)).all()
 
 
+def of_relations(network: Network) -> pd.DataFrame:
+    """The movements that turn restrictions ban, and not barriers."""
+    return network.movements[network.movements["restriction"] != "barrier"]
+
+
+def test_barriers(both: tuple[Network, Raw]) -> None:
+    """Nobody passes those that keep cars out, within a road; nothing else is closed by one."""
+    network, raw = both
+    within = {node for node in raw.barriers if len(raw.neighbours.get(node, ())) == 2}
+    shut = {str(node) for node in within if is_shut(raw.barriers[node])}
+    barred = network.movements[network.movements["restriction"] == "barrier"]
+    assert set(barred["node_id"]) <= shut
+    assert set(barred["source_id"]) <= shut
+    banned = set(zip(*network.movements[["from_link_id", "to_link_id"]].T.values, strict=True))
+    links = network.links[["link_id", "from_node_id", "to_node_id", "source_node_ids"]]
+    told = set(network.notes["element_id"][network.notes["topic"] == "barrier"])
+    for node in shut:
+        arriving = links[links["to_node_id"] == node]
+        leaving = links[links["from_node_id"] == node]
+        assert set(arriving["link_id"]) <= told
+        for before, _, _, along in arriving.values:
+            for after, _, _, onward in leaving.values:
+                back = along.split()[::-1] == onward.split()
+                assert ((before, after) in banned) != back
+    inner = links["source_node_ids"].str.split().map(lambda nodes: nodes[1:-1])
+    assert shut.isdisjoint(node for nodes in inner for node in nodes)
+
+
 def test_every_restriction_is_applied_or_told_of(both: tuple[Network, Raw]) -> None:
     network, raw = both
-    applied = {int(n) for ids in network.movements["source_id"] for n in ids.split()}
+    applied = {int(n) for ids in of_relations(network)["source_id"] for n in ids.split()}
     notes = network.notes
     told = {
         topic: {int(value) for value in found}
@@ -147,7 +175,7 @@ def test_every_restriction_is_applied_or_told_of(both: tuple[Network, Raw]) -> N
     assert applied.isdisjoint(broken)
     number = len(applied | broken | conditional) + notes["value"][counted].astype(int).sum()
     assert number == len(raw.relations)
-    for ids, kind in network.movements[["source_id", "restriction"]].values:
+    for ids, kind in of_relations(network)[["source_id", "restriction"]].values:
         assert kind in [raw.relations[int(n)][0].get("restriction") for n in ids.split()]
 
 
@@ -155,7 +183,7 @@ def test_simple_restrictions_of_each_kind(both: tuple[Network, Raw]) -> None:
     """Those over a node between two ways that end there, as most are: the very turns."""
     network, raw = both
     links = network.links.set_index("link_id")
-    table = network.movements
+    table = of_relations(network)
     way_of = links["source_id"].astype("int64")
     found: Counter[tuple[int, int, int]] = Counter(
         zip(
@@ -210,6 +238,29 @@ def simple_turn(
     return (node, start, end) if start != end and len(neighbours) == 3 else None
 
 
+def test_restrictions_of_each_kind(both: tuple[Network, Raw]) -> None:
+    """Of every kind no fewer are applied than are plain, nor more than there are."""
+    network, raw = both
+    table = of_relations(network)
+    kind_of = {
+        int(number): kind
+        for ids, kind in table[["source_id", "restriction"]].values
+        if len(numbers := ids.split()) == 1
+        for number in numbers
+    }
+    kinds = Counter(tags.get("restriction") for tags, _ in raw.relations.values())
+    assert Counter(kind_of.values()) <= kinds
+    several = {int(n) for ids in table["source_id"] for n in ids.split()} - set(kind_of)
+    applied = Counter(kind_of.values())
+    applied.update(raw.relations[number][0]["restriction"] for number in several)
+    certain = Counter(
+        tags["restriction"]
+        for tags, members in raw.relations.values()
+        if simple_turn(tags, members, raw) is not None
+    )
+    assert certain <= applied
+
+
 def test_restrictions_over_ways_name_the_links_between(both: tuple[Network, Raw]) -> None:
     network, raw = both
     over_ways = {
@@ -218,7 +269,7 @@ def test_restrictions_over_ways_name_the_links_between(both: tuple[Network, Raw]
         if any((type_, role) == ("w", "via") for type_, _, role in members)
         and all(ref in raw.ways for _, ref, _ in members)
     }
-    table = network.movements.dropna(subset="via_link_ids")
+    table = of_relations(network).dropna(subset="via_link_ids")
     assert {int(number) for ids in table["source_id"] for number in ids.split()} == over_ways
     way_of = network.links.set_index("link_id")["source_id"]
     for ids, between in table[["source_id", "via_link_ids"]].values:
@@ -262,13 +313,57 @@ def test_speeds_in_miles_and_in_kilometres(both: tuple[Network, Raw]) -> None:
             assert all(source == "assumed" for _, source, _ in found)
 
 
+def test_numbers_of_mph_speeds_and_of_given_lanes(both: tuple[Network, Raw]) -> None:
+    """Ways with the tag that became links with a given value, and no others."""
+    network, raw = both
+    links = network.links
+    by_limit = links[(links["free_speed_basis"] == "maxspeed")]
+    mph = {way for way, (_, tags) in raw.ways.items() if tags.get("maxspeed", "").endswith("mph")}
+    ways = set(by_limit["source_id"].astype("int64"))
+    there = set(links["source_id"].astype("int64"))
+    assert mph & there <= ways
+    numbered = {way for way, (_, tags) in raw.ways.items() if tags.get("lanes", "").isdigit()}
+    given = set(links["source_id"][links["lanes_source"] == "given"].astype("int64"))
+    assert numbered & there <= given
+    said = {way for way, (_, tags) in raw.ways.items() if any("lanes" in key for key in tags)}
+    assert given <= said
+
+
+#: keys that say whose each lane is
+LISTS = ("bus:lanes", "psv:lanes", "access:lanes", "motor_vehicle:lanes", "vehicle:lanes")
+
+#: parts of keys that part lanes between the directions, or between cars and others
+SPLIT = ("turn:lanes:", "bus:lanes", "psv:lanes", "access:lanes", "vehicle:lanes")
+
+
+def test_lanes_of_buses(both: tuple[Network, Raw]) -> None:
+    """On one-way roads: all lanes less those of buses, by their number or lane by lane."""
+    network, raw = both
+    links = values_by_way(network, "lanes")
+    for way, (_, tags) in raw.ways.items():
+        lists = [tags[key].split("|") for key in LISTS if key in tags]
+        counts = [int(tags[key]) for key in ("lanes:bus", "lanes:psv") if key in tags]
+        sides = any(key in tags for key in ("lanes:forward", "lanes:backward"))
+        if not re.fullmatch("[1-9]", tags.get("lanes", "")) or not is_oneway(tags) or sides:
+            continue
+        if not lists and counts and not any("lanes:" in key and "ward" in key for key in tags):
+            left = int(tags["lanes"]) - max(counts)
+        elif len(lists) == 1 and not counts and len(lists[0]) == int(tags["lanes"]):
+            left = sum(entry not in ("no", "psv", "agricultural") for entry in lists[0])
+            by_bus = "bus:lanes" in tags or "psv:lanes" in tags
+            left = sum(entry != "designated" for entry in lists[0]) if by_bus else left
+        else:
+            continue
+        assert {value for value, _, _ in links[str(way)]} == {max(left, 1)}, tags
+
+
 def test_lanes(both: tuple[Network, Raw]) -> None:
     """One-way roads have all lanes, others half of an even number; where no tag is, assumed."""
     network, raw = both
     links = values_by_way(network, "lanes")
     for way, (_, tags) in raw.ways.items():
-        said = {key for key in tags if key.startswith("lanes")} - {"lanes:psv", "lanes:bus"}
-        if said - {"lanes"} or any("turn:lanes:" in key for key in tags):
+        said = {key for key in tags if key.startswith("lanes")}
+        if said - {"lanes"} or any(part in key for key in tags for part in SPLIT):
             continue
         found = links[str(way)]
         by_side = {direction: value for value, _, direction in found}

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from osm_files import node, noted, read, restriction, topics, way
+from osm_files import node, noted, read, read_data, restriction, topics, way
 
 from uxsim_geo.network.network import MOVEMENT_COLUMNS, Network
 
@@ -287,3 +287,44 @@ def test_a_restriction_that_asks_for_too_much_is_given_up(tmp_path: Path) -> Non
     network = read(tmp_path, *H_SHAPE, BETWEEN, many)
     assert network.movements.empty
     assert noted(network, "broken restriction") == ["7"]
+
+
+#: the turns banned at each crossroads of the file: to which of its ways, from that in the north
+FILE = {
+    "no_left_turn": {2},
+    "no_right_turn": {4},
+    "no_straight_on": {3},
+    "no_u_turn": {1},
+    "no_entry": {2},
+    "no_exit": {4},
+    "only_left_turn": {1, 3, 4},
+    "only_right_turn": {1, 2, 3},
+    "only_straight_on": {1, 2, 4},
+    "only_u_turn": {2, 3, 4},
+    "except cars": set(),
+    "at some hours": set(),
+    "of lorries": set(),
+}
+
+
+@pytest.mark.parametrize("kind", FILE)
+def test_every_kind_in_the_file(kind: str) -> None:
+    network = read_data("restrictions.osm")
+    names = network.links.set_index("link_id")["name"]
+    table = network.movements
+    own = table[table["from_link_id"].map(names) == f"{kind} 1"]
+    assert {name.rpartition(" ")[2] for name in own["to_link_id"].map(names)} == {
+        str(way) for way in FILE[kind]
+    }
+    assert set(own["restriction"]) == ({kind} if FILE[kind] else set())
+
+
+def test_the_ban_over_a_way_in_the_file() -> None:
+    network = read_data("restrictions.osm")
+    table = network.movements.dropna(subset="via_link_ids")
+    assert table[["from_link_id", "via_link_ids", "to_link_id"]].values.tolist() == [
+        ["1401:1401-1409", "1402:1409-1402", "1405:1402-1405"]
+    ]
+    assert noted(network, "conditional restriction") == ["12"]
+    assert noted(network, "restriction of other vehicles") == ["1"]
+    assert noted(network, "restriction excepts cars") == ["1"]

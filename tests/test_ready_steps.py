@@ -245,7 +245,6 @@ def test_two_roads_side_by_side_are_no_way_back() -> None:
         {"step": float("nan")},
         {"u_turns": "everywhere"},
         {"driving_side": "middle"},
-        {"rounds": -1},
         {"sampled_ways": -1},
     ],
 )

@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.text import Text
 from small_run import write_small_run
 
-from pipeline import ingest, report, simulate
+import uxsim_geo.version
+from pipeline import ingest, report, simulate, stages
 from pipeline.config_file import load_config
 from pipeline.progress import Silence, Terminal, bar_on
 from pipeline.runs import RunFolder
@@ -205,6 +206,7 @@ def test_a_network_that_is_refused_leaves_its_tables_and_no_older_results(done: 
         "config.yaml",
         "demand.parquet",
         "demand_notes.parquet",
+        "import_notes.html",
         "network",
     }
     assert verify_run(done / "run").wrong == []
@@ -252,3 +254,18 @@ def test_a_stage_announces_its_writing_before_it_does(done: Path, stage: Stage) 
     before, seen = contents(done), []
     stage.run(Task(config, folder, figures, Silence(), lambda: seen.append(contents(done))))
     assert seen == [before]
+
+
+def test_tables_and_templates_of_the_program_are_code() -> None:
+    packages = (Path(stages.__file__).parent, Path(uxsim_geo.version.__file__).parent)
+    files = {path for package in packages for path in package.rglob("*") if path.is_file()}
+    others = {path.suffix for path in files} - set(stages.SOURCES) - {".pyc", ".nbi", ".nbc"}
+    assert {path.name for path in files if path.suffix in others} <= {"py.typed"}
+
+
+def test_the_page_of_the_import_is_an_output_of_the_first_stage(done: Path) -> None:
+    outputs = RunFolder(done / "run").read_manifest().stages["ingest"].outputs
+    assert "import_notes.html" in outputs
+    before = (done / "run/import_notes.html").read_bytes()
+    execute(done, force=True)
+    assert (done / "run/import_notes.html").read_bytes() == before

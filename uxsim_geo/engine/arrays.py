@@ -86,7 +86,7 @@ def build_world(
             road=road,
             node=_nodes(paths, queue["end_node"]),
             into=np.argsort(queue["end_node"], kind="stable"),
-            vertex=vertex_records(paths, incoming),
+            vertex=vertex_records(paths, arc, incoming),
             arc=arc,
             incoming=incoming,
             destination=_count_trips(destinations, destination, platoons.vehicles),
@@ -96,7 +96,7 @@ def build_world(
             extra=np.zeros((drivers.size, len(links))),
             given=wishes.given.astype(np.int32),
             trail=np.empty(0, records.VISITED),
-            heap=np.empty(2 * arc.size + paths.node.size, np.int64),
+            heap=np.empty(2 * (arc.size + paths.node.size), np.int64),
         ),
         calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
         log=Log(

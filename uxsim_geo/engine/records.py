@@ -124,9 +124,11 @@ VERTEX = np.dtype(
         ("toward", np.int32),  # next arc on the way there, -1: none
         ("first_out", np.int32),  # its arcs: first_out to the next vertex's first_out
         ("first_in", np.int32),  # the ways that lead here: likewise in `Routes.incoming`
-        ("reached", np.int32),  # the vertex that is so many-eth nearest to the destination
+        # bit 1 + i: over its arc i one comes elsewhere than from the first of its node, or nowhere;
+        # of the first: from some other. The last bit stands for all arcs from there on
+        ("barred", np.int32),
         ("others", np.int16),  # of the first of a node: how many more of it have arcs
-        ("open", np.int16),  # 1: some of these have not been reached with it
+        ("open", np.int16),  # 1: some of these may have nearer ways than known so far
     ],
     align=True,
 )
@@ -274,7 +276,7 @@ class Routes(NamedTuple):
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
     given: np.ndarray  # (n,) int32: given routes one after the other, arcs
     trail: np.ndarray  # (n,) VISITED
-    heap: np.ndarray  # (2 arcs + vertices,) int64
+    heap: np.ndarray  # (2 arcs + 2 vertices,) int64
 
 
 class Calendar(NamedTuple):

@@ -181,8 +181,8 @@ def find_free_flow_times(w: World):
             arc["cost"] = in_milliseconds(w.links.queue[arc["link"]]["free_time"])
     pass_on_costs(routes)
     for destination in range(routes.destination.size - 1):
-        reached = grow_tree(routes, routes.destination[destination]["node"])
-        add_up_free_times(w, reached)
+        grow_tree(routes, routes.destination[destination]["node"])
+        add_up_free_times(w)
         first, last = routes.destination[destination], routes.destination[destination + 1]
         for place in range(first["first_trip"], last["first_trip"]):
             trip = w.log.trip[w.log.trips_by_destination[place]]
@@ -192,18 +192,31 @@ def find_free_flow_times(w: World):
 
 
 @kernel
-def add_up_free_times(w: World, reached):
+def add_up_free_times(w: World):
     """Set the free-flow time of every vertex to the target of the tree at hand; inf: no way."""
     routes = w.routes
     for v in range(routes.vertex.size):
-        routes.vertex[v]["free_time"] = np.inf
-    for place in range(reached):
-        first = routes.vertex[place]["reached"]
-        for v in range(first, first + 1 + routes.vertex[first]["others"]):
-            vertex = routes.vertex[v]
-            if vertex["distance"] == routes.vertex[first]["distance"]:
-                vertex["free_time"] = 0.0
-                if vertex["toward"] >= 0:
-                    arc = routes.arc[vertex["toward"]]
-                    on = routes.vertex[arc["head"]]["free_time"]
-                    vertex["free_time"] = on + w.links.queue[arc["link"]]["free_time"]
+        vertex = routes.vertex[v]
+        vertex["free_time"] = np.inf if vertex["distance"] > 0 else 0.0
+    for v in range(routes.vertex.size - 1):
+        add_up_free_time(w, v)
+
+
+@kernel
+def add_up_free_time(w: World, v):
+    """Set the free-flow times of a vertex and of those on its way that have none yet.
+
+    The heap, which the search has done with, holds the vertices between.
+    """
+    routes, size = w.routes, 0
+    while routes.vertex[v]["free_time"] == np.inf and routes.vertex[v]["toward"] >= 0:
+        arc = routes.vertex[v]["toward"]
+        routes.heap[size] = v
+        size += 1
+        v = routes.arc[arc]["head"]
+    on = routes.vertex[v]["free_time"]
+    while size > 0:
+        size -= 1
+        vertex = routes.vertex[routes.heap[size]]
+        on += w.links.queue[routes.arc[vertex["toward"]]["link"]]["free_time"]
+        vertex["free_time"] = on

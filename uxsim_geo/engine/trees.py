@@ -14,19 +14,16 @@ _VERTEX_MASK = 2**32 - 1
 
 @kernel
 def grow_tree(routes: Routes, target):
-    """Find the fastest way from every vertex to the target: `distance`, `toward`, `reached`.
+    """Find the fastest way from every vertex to the target: `distance` and `toward`.
 
     Dijkstra's algorithm against the direction of travel, with a heap of distance and vertex packed
     into one number. The target, a node, is reached at any of its vertices. Of all vertices of a
     node the first is nearest, since it may take every turn; most others are reached with it, over
-    the same link, and only those that must not take that go into the heap by themselves. Gives
-    how many have come out of it.
+    the same link. Those that must not take that look for a way of their own. They can be left for
+    the end where no shorter way leads over them; such nodes are listed at the end of the heap.
     """
-    for v in range(routes.vertex.size):
-        routes.vertex[v]["distance"] = UNREACHED
-        routes.vertex[v]["toward"] = -1
-        routes.vertex[v]["open"] = 0
-    size, reached = 0, 0
+    clear_tree(routes)
+    size, late = 0, routes.heap.size
     for v in range(routes.node[target]["first_vertex"], routes.node[target + 1]["first_vertex"]):
         routes.vertex[v]["distance"] = 0
         size = push(routes.heap, size, v)
@@ -34,27 +31,47 @@ def grow_tree(routes: Routes, target):
         packed = routes.heap[0]
         size = pop(routes.heap, size)
         v, distance = packed & _VERTEX_MASK, packed >> _VERTEX_BITS
-        if distance > routes.vertex[v]["distance"]:
+        vertex = routes.vertex[v]
+        if distance > vertex["distance"]:
             continue
-        routes.vertex[reached]["reached"] = v
-        reached += 1
-        last = v + routes.vertex[v]["others"]
-        some = last > v and not take_along_all(routes, v, last)
+        if vertex["others"] == 0:  # most: LLVM makes a smaller loop of this one
+            size = relax(routes, v, v, distance, size, False)
+            continue
+        last = v + vertex["others"]
+        some = is_barred(vertex, vertex)
         if some:
-            size = take_along_some(routes, v, last, size)
+            late, size = take_along_some(routes, v, last, late, size)
+        else:
+            for other in range(v + 1, last + 1):
+                take_along(routes, v, other)
         size = relax(routes, v, last, distance, size, some)
-    return reached
+    for place in range(late, routes.heap.size):
+        reach_late(routes, routes.heap[place])
 
 
 @spliced
-def take_along_all(routes: Routes, v, last):
-    """Reach the others of a node with its first, v, if all can take the same way; False: not so."""
-    toward = routes.vertex[v]["toward"]
-    if toward >= 0 and routes.arc[toward]["alike"] == 0:
-        return False
-    for other in range(v + 1, last + 1):
-        take_along(routes, v, other)
-    return True
+def clear_tree(routes: Routes):
+    """Forget the ways to another target."""
+    for v in range(routes.vertex.size):
+        routes.vertex[v]["distance"] = UNREACHED
+        routes.vertex[v]["toward"] = -1
+        routes.vertex[v]["open"] = 0
+
+
+@kernel
+def is_barred(first, vertex):
+    """Whether a vertex must not take the way of the first of its node, or may not (see `barred`).
+
+    Asked of the first itself: whether that is so for some vertex of the node.
+    """
+    place = np.int64(first["toward"]) - first["first_out"]
+    return (vertex["barred"] >> min(max(place + 1, 0), 31)) & 1 != 0
+
+
+@kernel
+def farther(distance, cost):
+    """Give the distance from the other end of a way; UNREACHED: it is closed, or leads nowhere."""
+    return min(distance + cost, FARTHEST + (max(distance, cost) >= UNREACHED))
 
 
 @kernel
@@ -67,42 +84,97 @@ def take_along(routes: Routes, v, other):
 
 
 @spliced
-def take_along_some(routes: Routes, v, last, size):
+def take_along_some(routes: Routes, v, last, late, size):
     """Reach those others of a node with its first, v, that can take the same way.
 
-    The rest go into the heap by themselves, now or as soon as a way is offered to them.
+    The rest go alone. What they know by now is the nearest way unless a vertex that has not been
+    reached lies on a nearer one. Then the node stays open for what is offered to it, if shorter
+    ways may lead over it, or is listed to be looked at late.
     """
     first = routes.vertex[v]
-    first["open"] = 1
+    distance = np.int64(first["distance"])
+    known, needed = True, False
     for other in range(v + 1, last + 1):
-        same = routes.vertex[other]["first_out"] + first["toward"] - first["first_out"]
-        if routes.arc[same]["alike"]:
+        own = routes.vertex[other]
+        if not is_barred(first, own):
             take_along(routes, v, other)
-        elif goes_alone(routes, other):
-            size = push(routes.heap, size, packed_label(routes, other))
-    return size
+            continue
+        least = go_alone(routes, other, distance)
+        sure = least == own["distance"]
+        known = known and sure
+        if may_shorten(routes, other, least):
+            needed = needed or not sure
+            size = pass_on(routes, other, size)
+    if needed:
+        first["open"] = 1
+    elif not known:
+        late -= 1
+        routes.heap[late] = v
+    return late, size
 
 
 @kernel
-def packed_label(routes: Routes, v):
-    """Pack the distance and the number of a vertex into one number."""
-    return (np.int64(routes.vertex[v]["distance"]) << _VERTEX_BITS) | v
+def go_alone(routes: Routes, v, reached):
+    """Find the nearest way from a vertex over its own arcs, as far as distances are known.
+
+    Gives what its distance is at least, if all vertices up to a distance have been `reached`.
+    """
+    own = routes.vertex[v]
+    best, least = np.int64(UNREACHED) << _VERTEX_BITS, np.int64(UNREACHED)
+    for number in range(own["first_out"], routes.vertex[v + 1]["first_out"]):
+        arc = routes.arc[number]
+        distance, cost = np.int64(routes.vertex[arc["head"]]["distance"]), np.int64(arc["cost"])
+        best = min(best, farther(distance, cost) << _VERTEX_BITS | number)
+        least = min(least, farther(min(distance, reached), cost))
+    if best >> _VERTEX_BITS < own["distance"]:
+        own["distance"] = best >> _VERTEX_BITS
+        own["toward"] = best & _VERTEX_MASK
+    return min(least, np.int64(own["distance"]))
+
+
+@kernel
+def may_shorten(routes: Routes, v, least):
+    """Whether a shorter way upstream may lead over a vertex that is at `least` so far away.
+
+    Not so if from where its links start it is no farther over other links, for all vertices there.
+    """
+    for place in range(routes.vertex[v]["first_in"], routes.vertex[v + 1]["first_in"]):
+        way = routes.incoming[place]
+        start = routes.vertex[way["tail"]]
+        if way["cost"] < UNREACHED and (
+            farther(least, way["cost"]) < start["distance"] or is_barred(start, start)
+        ):
+            return True
+    return False
+
+
+@kernel
+def pass_on(routes: Routes, v, size):
+    """Offer the ways over a vertex that goes alone to those upstream, without waiting for its turn.
+
+    It gets a turn only where there are others to be told of it, too.
+    """
+    distance = np.int64(routes.vertex[v]["distance"])
+    for place in range(routes.vertex[v]["first_in"], routes.vertex[v + 1]["first_in"]):
+        way = routes.incoming[place]
+        start = routes.vertex[way["tail"]]
+        offer = farther(distance, way["cost"])
+        if offer < start["distance"]:
+            start["distance"] = offer
+            start["toward"] = way["arc"]
+            size = push(routes.heap, size, (offer << _VERTEX_BITS) | way["tail"])
+        elif start["open"] > 0 and distance < UNREACHED:
+            return push(routes.heap, size, (distance << _VERTEX_BITS) | v)
+    return size
 
 
 @spliced
-def goes_alone(routes: Routes, v):
-    """Whether there is a nearer way from a vertex over its own arcs than known so far; takes it."""
-    own, found = routes.vertex[v], False
-    for number in range(own["first_out"], routes.vertex[v + 1]["first_out"]):
-        arc = routes.arc[number]
-        distance = routes.vertex[arc["head"]]["distance"]
-        if arc["cost"] < UNREACHED and distance < UNREACHED:
-            offer = min(np.int64(distance) + arc["cost"], FARTHEST)
-            if offer < own["distance"]:
-                own["distance"] = offer
-                own["toward"] = number
-                found = True
-    return found
+def reach_late(routes: Routes, v):
+    """Reach the vertices of a node that go alone, now that all they can lead to is known."""
+    first = routes.vertex[v]
+    for other in range(v + 1, v + 1 + first["others"]):
+        if is_barred(first, routes.vertex[other]):
+            go_alone(routes, other, FARTHEST)
 
 
 @spliced
@@ -129,7 +201,7 @@ def relax(routes: Routes, v, last, distance, size, some):
 
 @spliced
 def offer_to_others(routes: Routes, way, offer, size):
-    """Offer a way to the vertices of a node that have not been reached with its first."""
+    """Offer a way to the vertices of an open node."""
     first = routes.vertex[way["tail"]]
     for v in range(way["tail"] + 1, way["tail"] + 1 + first["others"]):
         own = routes.vertex[v]
@@ -137,7 +209,7 @@ def offer_to_others(routes: Routes, way, offer, size):
         if offer < own["distance"] and routes.arc[same]["alike"]:
             own["distance"] = offer
             own["toward"] = same
-            size = push(routes.heap, size, packed_label(routes, v))
+            size = pass_on(routes, v, size)
     return size
 
 

@@ -13,7 +13,7 @@ from uxsim_geo.network.paths import Ints, Paths
 Records = npt.NDArray[Any]
 
 
-def vertex_records(paths: Paths, incoming: Records) -> Records:
+def vertex_records(paths: Paths, arc: Records, incoming: Records) -> Records:
     """Make the vertices, and one more, whose arcs would begin where the last one's end."""
     vertex = np.zeros(paths.node.size + 1, records.VERTEX)
     numbers = np.arange(vertex.size)
@@ -22,7 +22,18 @@ def vertex_records(paths: Paths, incoming: Records) -> Records:
     leads_on = np.unique(paths.tail)
     first = paths.first[paths.node[leads_on]]
     np.maximum.at(vertex["others"], first, (leads_on - first).astype(np.int16))
+    vertex["barred"] = _barred(paths, arc, vertex)
     return vertex
+
+
+def _barred(paths: Paths, arc: Records, vertex: Records) -> npt.NDArray[np.int32]:
+    """Mark the arcs that do not lead where that of the first vertex of the node leads, as bits."""
+    unlike = np.flatnonzero(arc["alike"] == 0)
+    tail = paths.tail[unlike]
+    bit = np.minimum(1 + unlike - vertex["first_out"][tail], 31).astype(np.uint32)
+    bits = np.zeros(vertex.size, np.uint32)
+    np.bitwise_or.at(bits, tail, np.uint32(1) << bit)
+    return bits.view(np.int32)
 
 
 def arc_records(paths: Paths, row_of_link: Ints) -> Records:

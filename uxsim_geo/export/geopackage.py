@@ -27,6 +27,7 @@ from uxsim_geo.export.layers import (
 from uxsim_geo.export.styles import (
     SHARE_OF_ROAD,
     nodes_style,
+    notes_style,
     share_of_largest,
     table_style,
     traffic_style,
@@ -145,6 +146,8 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame) -> None:
 
     options = {"DESCRIPTION": DESCRIPTIONS[name]}
     crs = getattr(layer, "crs", None)
+    # of a layer in which nothing has a place nobody could tell the kind of geometry
+    kind = "Point" if name == "import_notes" and "geometry" in layer.columns else None
     if "geometry" in layer.columns and crs is None:
         options["SRID"] = UNDEFINED_CARTESIAN
     with warnings.catch_warnings():
@@ -159,6 +162,7 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame) -> None:
             use_arrow=True,
             dataset_options={"VERSION": "1.3"},
             layer_options=options,
+            geometry_type=kind,
         )
 
 
@@ -188,6 +192,8 @@ def _add_styles(database: sqlite3.Connection, layers: dict[str, pd.DataFrame], s
     state_columns = [row[1] for row in database.execute("PRAGMA table_info(link_states)")]
     styles = {name: table_style(layer.columns) for name, layer in layers.items()}
     styles["nodes"] = nodes_style(layers["nodes"].columns)
+    if "geometry" in layers["import_notes"]:
+        styles["import_notes"] = notes_style(layers["import_notes"].columns)
     styles["links"] = traffic_style(layers["links"].columns, share_of_largest("volume_veh", volume))
     styles["link_states"] = traffic_style(state_columns, SHARE_OF_ROAD, temporal=True)
     geometry = dict(database.execute("SELECT table_name, column_name FROM gpkg_geometry_columns"))

@@ -76,8 +76,9 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
 
 
 def notes_layer(notes: pd.DataFrame) -> pd.DataFrame:
-    """What the import assumed or repaired, all as text."""
-    return notes.reindex(columns=list(NOTE_COLUMNS)).astype("string").reset_index(drop=True)
+    """What the import assumed or repaired, all as text, and where if the notes have places."""
+    layer = notes.reindex(columns=list(NOTE_COLUMNS)).astype("string").reset_index(drop=True)
+    return _with_geometry(layer, notes)
 
 
 def run_info_layer(information: Mapping[str, object]) -> pd.DataFrame:

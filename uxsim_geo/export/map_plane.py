@@ -23,11 +23,14 @@ class MapPlane:
         x and y of the nodes, shape (nodes, 2)
     metres_per_unit
         None where the network has no CRS: then distances on the map mean nothing
+    crs
+        of the plane; None where it is not known
     """
 
     lines: npt.NDArray[Any]
     points: Floats
     metres_per_unit: float | None
+    crs: Any = None
 
     @classmethod
     def of(cls, network: Network) -> MapPlane:
@@ -47,7 +50,7 @@ class MapPlane:
             links, nodes = links.to_crs(utm), nodes.to_crs(utm)
         points = shapely.get_coordinates(nodes.to_numpy())
         scale = links.crs.axis_info[0].unit_conversion_factor if links.crs else None
-        return cls(shapely.force_2d(links.to_numpy()), points, scale)
+        return cls(shapely.force_2d(links.to_numpy()), points, scale, links.crs)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

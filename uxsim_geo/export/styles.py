@@ -16,6 +16,9 @@ from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC, SPEED_CLASSES, SpeedCl
 QGIS_VERSION = "3.22.0"
 WIDEST, NARROWEST = 2.6, 0.25  # mm
 
+#: severities of notes with their colour and size in mm
+NOTES = (("doubt", "#e0592a", 3.2), ("warning", "#f2b84b", 2.6), ("info", "#84bcd8", 1.6))
+
 #: stands for the speed where nobody was, below every speed
 NOBODY = -1.0
 
@@ -101,19 +104,30 @@ def nodes_style(columns: Iterable[str]) -> str:
     renderer = SubElement(
         root, "renderer-v2", {"type": "singleSymbol", "symbollevels": "0", "enableorderby": "0"}
     )
-    symbols = SubElement(renderer, "symbols")
-    symbol = SubElement(symbols, "symbol", {"type": "marker", "name": "0", "alpha": "1"})
-    layer = SubElement(symbol, "layer", {"class": "SimpleMarker", "enabled": "1", "pass": "0"})
-    properties = {
-        "name": "circle",
-        "color": _rgba("#ffffff"),
-        "outline_color": _rgba("#4d4d4d"),
-        "outline_width": "0.3",
-        "outline_width_unit": "MM",
-        "size": "1.6",
-        "size_unit": "MM",
-    }
-    _add_properties(layer, properties)
+    _dot_symbol(SubElement(renderer, "symbols"), "0", "#ffffff", 1.6)
+    _add_aliases(root, columns)
+    return _text(root)
+
+
+def notes_style(columns: Iterable[str]) -> str:
+    """Dots by severity: doubts large, warnings smaller, everything else small."""
+    root = _document()
+    renderer = SubElement(
+        root,
+        "renderer-v2",
+        {
+            "type": "categorizedSymbol",
+            "attr": "severity",
+            "symbollevels": "0",
+            "enableorderby": "0",
+            "forceraster": "0",
+        },
+    )
+    categories, symbols = SubElement(renderer, "categories"), SubElement(renderer, "symbols")
+    for number, (severity, colour, size) in enumerate(NOTES):
+        told = {"value": severity, "symbol": str(number), "label": severity, "render": "true"}
+        SubElement(categories, "category", told)
+        _dot_symbol(symbols, str(number), colour, size)
     _add_aliases(root, columns)
     return _text(root)
 
@@ -151,6 +165,21 @@ def _show_from_begin_to_end(root: Element) -> None:
     fixed = SubElement(temporal, "fixedRange")
     SubElement(fixed, "start")
     SubElement(fixed, "end")
+
+
+def _dot_symbol(symbols: Element, name: str, colour: str, size: float) -> None:
+    symbol = SubElement(symbols, "symbol", {"type": "marker", "name": name, "alpha": "1"})
+    layer = SubElement(symbol, "layer", {"class": "SimpleMarker", "enabled": "1", "pass": "0"})
+    properties = {
+        "name": "circle",
+        "color": _rgba(colour),
+        "outline_color": _rgba("#4d4d4d"),
+        "outline_width": "0.3",
+        "outline_width_unit": "MM",
+        "size": f"{size:g}",
+        "size_unit": "MM",
+    }
+    _add_properties(layer, properties)
 
 
 def _line_symbol(symbols: Element, name: str, colour: str, width: str) -> None:

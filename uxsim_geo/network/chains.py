@@ -2,7 +2,8 @@
 
 A node is passed straight if it has two neighbours and every link that arrives from one goes on to
 the other: a one-way road, or one with both directions of one length, none beside it. Nothing
-may begin, end or be decided there: no signal, zone or ban of going on.
+may begin, end or be decided there: no signal, zone or ban of going on, and no way to turn round
+(at a junction that was several nodes, such as a stub).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from uxsim_geo.network.incidence import Ends, Flags, Rows, Turns
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.u_turns import merged_before
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ def straight_of(network: Network, ends: Ends, turns: Turns) -> Straight:
     held = turns.banned & straight
     at[ends.end[turns.before[held]]] = False
     at[_last_nodes_of_long_bans(network, ends)] = False
+    ways_round = turns.back & ~turns.banned & merged_before(network)[ends.end[turns.before]]
+    at[ends.end[turns.before[ways_round]]] = False
     of_pair = at[ends.end[turns.before]]
     along, back = straight & of_pair, ~straight & of_pair
     onward = np.full(len(ends.start), -1, dtype=np.int64)

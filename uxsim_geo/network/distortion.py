@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.network.incidence import Flags, Floats, Rows, rank_of
+from uxsim_geo.network.incidence import Flags, Floats, rank_of
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes, Severity
 from uxsim_geo.network.rows import numbers
-from uxsim_geo.network.turn_graph import Tree, TurnGraph, nodes_on_way, shortest, turn_graph
+from uxsim_geo.network.turn_graph import shortest, turn_graph
 
 #: what ways are measured in
 LENGTH, TIME = "length", "free-flow time"
@@ -25,53 +26,27 @@ NEAR = 1000.0
 #: share within which lengths and times are to stay
 WITHIN = 0.01
 
-#: origins of a sample, even of the largest network
+#: origins of a sample from which all nodes are looked at, even in the largest network
 FEWEST = 8
 
-#: of each origin, so many of the ways that have changed most are looked at
-WORST = 100
+#: origins from which at least the nodes around are looked at
+NEAR_ORIGINS = 100
+
+#: m and s up to which nodes are around an origin, before merging; and after, not to miss any
+AROUND, AROUND_AFTER = {LENGTH: 3 * NEAR, TIME: 300.0}, 1.1
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Ids of nodes that are in both networks: ways from some to all are compared."""
+    """Ids of nodes that are in both networks: ways from some to all are compared.
+
+    origins
+        the first ``far`` of them to all nodes, the others to those around
+    """
 
     origins: pd.Index
     nodes: pd.Index
-
-
-@dataclass(frozen=True)
-class Side:
-    """One of the networks compared.
-
-    nodes
-        rows of the sample's; (nodes,)
-    trees
-        by measure: the shortest ways from each of the sample's origins, bans kept; turning back
-        counts as closed where it is :func:`uxsim_geo.network.u_turns.needless`
-    """
-
-    graph: TurnGraph
-    ids: pd.Index
-    nodes: Rows
-    trees: dict[str, list[Tree]]
-
-    @classmethod
-    def of(cls, network: Network, sample: Sample) -> Side:
-        """Find the shortest ways of a network."""
-        ids = pd.Index(network.nodes["node_id"])
-        graph = turn_graph(network)
-        length = numbers(network.links["length"])
-        costs = {LENGTH: length, TIME: length / numbers(network.links["free_speed"])}
-        nodes, origins = (
-            ids.get_indexer(names).astype(np.int64) for names in (sample.nodes, sample.origins)
-        )
-        trees = {measure: list(shortest(graph, cost, origins)) for measure, cost in costs.items()}
-        return cls(graph, ids, nodes, trees)
-
-    def nodes_on_way(self, tree: Tree, place: int) -> set[str]:
-        """Ids of the nodes on the way to one of the sample's nodes."""
-        return set(self.ids[nodes_on_way(self.graph, tree, int(self.nodes[place]))])
+    far: int
 
 
 @dataclass(frozen=True)
@@ -84,15 +59,12 @@ class Change:
         whether each is at least :data:`NEAR` long before; (ways,)
     lost
         number of ways that are no longer there
-    on_changed_ways
-        ids of the nodes on the ways that are far and have changed most, by more than allowed
     """
 
     before: Floats
     after: Floats
     far: Flags
     lost: int
-    on_changed_ways: frozenset[str]
 
     @property
     def shares(self) -> Floats:
@@ -103,52 +75,53 @@ class Change:
 def sample_nodes(before: Network, after: Network, ways: int, seed: int) -> Sample:
     """Draw origins for so many ways among the nodes of both networks that are no merged ones.
 
-    At least :data:`FEWEST` origins, at most all.
+    From at least :data:`FEWEST` of them all nodes are looked at, from :data:`NEAR_ORIGINS` those
+    around.
     """
     ids = after.nodes["node_id"]
     if "merged_node_ids" in after.nodes:
         ids = ids[after.nodes["merged_node_ids"].isna()]
     ids = ids[np.asarray(pd.Index(before.nodes["node_id"]).get_indexer(pd.Index(ids))) >= 0]
     names = ids.iloc[np.argsort(rank_of(ids))]
-    origins = max(FEWEST, ways // max(len(names), 1))
-    drawn = np.random.default_rng(seed).permutation(len(names))[:origins]
-    return Sample(pd.Index(names.iloc[np.sort(drawn)]), pd.Index(names))
+    far = max(FEWEST, ways // max(len(names), 1))
+    drawn = np.random.default_rng(seed).permutation(len(names))[: max(far, NEAR_ORIGINS)]
+    return Sample(pd.Index(names.iloc[drawn]), pd.Index(names), min(far, len(drawn)))
 
 
-def compare(one: Side, other: Side, within: float = WITHIN) -> dict[str, Change]:
-    """What became of lengths and of free-flow times, from one network to the other."""
-    far = [tree.cost[one.nodes] >= NEAR for tree in one.trees[LENGTH]]
-    return {measure: _compared(one, other, measure, (far, within)) for measure in one.trees}
+def compare(before: Network, after: Network, sample: Sample) -> dict[str, Change]:
+    """What became of lengths and of free-flow times, bans kept, from one network to the other.
+
+    Turning back counts as closed where it is :func:`uxsim_geo.network.u_turns.needless`.
+    """
+    was, now = _costs(before, sample, 1.0), _costs(after, sample, AROUND_AFTER)
+    far = was[LENGTH] >= NEAR  # also where it is further than was looked
+    return {measure: _compared(was[measure], now[measure], far) for measure in was}
 
 
-def _compared(one: Side, other: Side, measure: str, bounds: tuple[list[Flags], float]) -> Change:
-    far, within = bounds
-    ways: list[Floats] = []
-    fars: list[Flags] = []
-    lost, on_ways = 0, set[str]()
-    for tree, after, is_far in zip(one.trees[measure], other.trees[measure], far, strict=True):
-        pair = np.stack([tree.cost[one.nodes], after.cost[other.nodes]])
-        there = np.isfinite(pair).all(axis=0) & (pair[0] > 0)
-        lost += int((np.isfinite(pair[0]) & ~np.isfinite(pair[1])).sum())
-        ways.append(pair[:, there])
-        fars.append(is_far[there])
-        for place in _most_changed(pair, there & is_far, within):
-            on_ways |= one.nodes_on_way(tree, place) | other.nodes_on_way(after, place)
-    both = np.concatenate(ways, axis=1)
-    return Change(both[0], both[1], np.concatenate(fars), lost, frozenset(on_ways))
+def _costs(network: Network, sample: Sample, more: float) -> dict[str, Floats]:
+    """By measure: of the shortest ways from the sample's origins to its nodes; (origins, nodes)."""
+    ids = pd.Index(network.nodes["node_id"])
+    graph = turn_graph(network)
+    length = numbers(network.links["length"])
+    nodes, origins = (
+        ids.get_indexer(names).astype(np.int64) for names in (sample.nodes, sample.origins)
+    )
+    found = {}
+    for measure, cost in ((LENGTH, length), (TIME, length / numbers(network.links["free_speed"]))):
+        all_around = shortest(graph, cost, origins[: sample.far])
+        near = shortest(graph, cost, origins[sample.far :], AROUND[measure] * more)
+        found[measure] = np.stack([costs[nodes] for costs in chain(all_around, near)])
+    return found
 
 
-def _most_changed(pair: Floats, there: Flags, within: float) -> list[int]:
-    """Places of the ways that have changed by a greater share, at most :data:`WORST`."""
-    share = np.zeros(pair.shape[1])
-    share[there] = np.abs(pair[1, there] / pair[0, there] - 1.0)
-    worst = np.argsort(-share, kind="stable")[:WORST]
-    places: list[int] = worst[share[worst] > within].tolist()
-    return places
+def _compared(was: Floats, now: Floats, far: Flags) -> Change:
+    there = np.isfinite(was) & np.isfinite(now) & (was > 0)
+    lost = int((np.isfinite(was) & ~np.isfinite(now)).sum())
+    return Change(was[there], now[there], far[there], lost)
 
 
 def note_distortion(changes: dict[str, Change], notes: Notes) -> None:
-    """Say how large the changes are."""
+    """Say how large the changes of sampled ways are."""
     for (measure, change), unit in zip(changes.items(), ("m", "s"), strict=True):
         shares = change.shares
         if len(shares):

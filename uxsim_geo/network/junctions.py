@@ -18,7 +18,7 @@ import numpy as np
 from uxsim_geo.network.approach_lengths import Additions, additions_of
 from uxsim_geo.network.clusters import JunctionSizes, clusters_of
 from uxsim_geo.network.headings import Headings, headings_of, metric_points
-from uxsim_geo.network.incidence import Flags, Floats, ends_of
+from uxsim_geo.network.incidence import Flags, Floats, ends_of, rank_of
 from uxsim_geo.network.inner_paths import (
     CannotMergeError,
     Junction,
@@ -145,7 +145,8 @@ def _note(found: Found, notes: Notes) -> None:
     inner = sum(len(one.junction.inner) for one in merged)
     note = f"{len(merged)} junctions of several nodes became one node each; value: links gone"
     notes.add("junctions merged", note, element="node", value=inner)
-    names = [ids[min(one.junction.nodes)] for one in merged]
+    rank = rank_of(found.network.nodes["node_id"])
+    names = [ids[min(one.junction.nodes, key=rank.__getitem__)] for one in merged]
     sizes = [len(one.junction.nodes) for one in merged]
     remark = ("junction merged", "one node in place of several; value: how many")
     note_places(notes, remark, names, element="node", values=sizes)

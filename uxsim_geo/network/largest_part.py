@@ -11,7 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, Turns, ends_of, turns_of, without
+from uxsim_geo.network.incidence import (
+    Ends,
+    Flags,
+    Floats,
+    Rows,
+    Turns,
+    ends_of,
+    rank_of,
+    turns_of,
+    without,
+)
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import count, numbers
@@ -35,8 +45,7 @@ def keep_largest_part(network: Network, notes: Notes) -> Network:
     if not len(ends.start):
         return network
     turns = turns_of(network, ends)
-    passed = ~turns.banned & ~_closed(network)[ends.end[turns.before]]
-    graph = _graph(turns.before[passed], turns.after[passed], len(ends.start))
+    graph = _open_turns(network, ends, turns)
     core = _largest(graph, _lane_length(network))
     if core.sum() == 1:  # a link alone is no part: nowhere does one come back to it
         note = "no two links lead to one another: everything is kept"
@@ -50,6 +59,27 @@ def keep_largest_part(network: Network, notes: Notes) -> Network:
     note = "links in the part where every origin reaches every destination; value: their km"
     notes.add("largest part", f"{len(network.links)} {note}", value=share)
     return network
+
+
+def strong_parts(network: Network, ends: Ends, turns: Turns) -> tuple[int, float]:
+    """How many parts of links there are in which every link leads to every other, by open turns.
+
+    And the share of the length of all links that is in the greatest of them.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    if not len(ends.start):
+        return 0, 0.0
+    graph = _open_turns(network, ends, turns)
+    parts, label = connected_components(graph, directed=True, connection="strong")
+    lengths = np.bincount(label, weights=np.nan_to_num(numbers(network.links["length"])))
+    return int(parts), float(lengths.max() / lengths.sum()) if lengths.sum() else 0.0
+
+
+def _open_turns(network: Network, ends: Ends, turns: Turns) -> Any:
+    """Which link leads to which over nodes that may be passed, as a sparse matrix."""
+    passed = ~turns.banned & ~_closed(network)[ends.end[turns.before]]
+    return _graph(turns.before[passed], turns.after[passed], len(ends.start))
 
 
 def _closed(network: Network) -> Flags:
@@ -145,7 +175,8 @@ def _note_what_fell_out(
             note = f"{count(len(of_it), 'link')} that can be {reason}: left out; value: km"
             notes.add("fell out", note, element="link", severity="warning", value=km)
     _, piece = connected_components(graph[rows][:, rows], directed=False)
-    order = np.lexsort((-length[rows], piece))
+    rank = rank_of(network.links["link_id"])[rows]
+    order = np.lexsort((rank, -np.round(length[rows], 3), piece))
     first = np.flatnonzero(np.diff(piece[order], prepend=-1))
     size = np.diff(np.append(first, len(order)))
     lengths_km = np.bincount(piece, weights=length[rows]) / 1000.0

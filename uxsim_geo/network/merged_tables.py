@@ -46,7 +46,7 @@ def merged_network(network: Network, merged: list[Merged], streets: Streets) -> 
     links = network.links.copy()
     for column, end in (("from_node_id", streets.start), ("to_node_id", streets.end)):
         links[column] = pd.Series(ids[head[end]], dtype="str", index=links.index)
-    links["length"], links["free_speed"] = _lengths_and_speeds(network.links, merged)
+    links["length"], links["free_speed"] = lengths_and_speeds(network.links, merged)
     if "geometry" in links:
         links["geometry"] = moved_lines(network, nodes, head, (streets.start, streets.end))
     movements = _movements(network, merged, streets, head)
@@ -119,7 +119,8 @@ def _in_degrees(table: pd.DataFrame) -> bool:
     return crs is not None and bool(crs.is_geographic)
 
 
-def _lengths_and_speeds(links: pd.DataFrame, merged: list[Merged]) -> tuple[Floats, Floats]:
+def lengths_and_speeds(links: pd.DataFrame, merged: list[Merged]) -> tuple[Floats, Floats]:
+    """Of each link, m and m/s, with what it takes over of the junctions at its ends."""
     length, speed = numbers(links["length"]), numbers(links["free_speed"])
     more, longer = np.zeros(len(length)), np.zeros(len(length))
     for one in merged:

@@ -64,8 +64,9 @@ class Network:
     movements
         banned turns: node_id, from_link_id, to_link_id; with via_link_ids banned ways.
     notes
-        what the import assumed or repaired: element, element_id, topic, severity (``info`` or
-        ``warning``), note, value.
+        what the import assumed or repaired: element, element_id, topic, severity (``info``,
+        ``warning``, or ``doubt`` of what looks wrong), note, value; on disk also geometry, the
+        place (:mod:`uxsim_geo.network.note_geometry`).
 
     Ids are the source's own and rows keep the source's order.
     """

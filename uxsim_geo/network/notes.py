@@ -11,7 +11,7 @@ import pandas as pd
 from uxsim_geo.network.network import NOTE_COLUMNS, Network
 
 Element = Literal["node", "link", "demand", "network"]
-Severity = Literal["info", "warning"]
+Severity = Literal["info", "warning", "doubt"]
 
 
 @dataclass
@@ -52,6 +52,19 @@ class Notes:
         """Warn of the same on every link in ``ids``, with the value that was put in its place."""
         for link_id, value in zip(ids, values, strict=True):
             self.rows.append(("link", link_id, topic, "warning", note, _text(value)))
+
+    def doubt_each(
+        self,
+        topic: str,
+        note: str,
+        ids: Sequence[str],
+        values: Sequence[object],
+        *,
+        element: Element = "link",
+    ) -> None:
+        """Note a doubt about every element in ``ids``, with the value that gives rise to it."""
+        for element_id, value in zip(ids, values, strict=True):
+            self.rows.append((element, element_id, topic, "doubt", note, _text(value)))
 
     def add_table(self, notes: pd.DataFrame) -> None:
         """Take over notes that were made elsewhere, a table as :meth:`table` gives."""

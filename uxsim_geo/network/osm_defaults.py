@@ -7,6 +7,9 @@
 Rows of ``default`` hold where a country has no row or an empty cell; one with a region
 (``BE-VLG``) falls back to its country first. A table of one's own has the same columns; its
 rows take precedence over those shipped, cell by cell.
+
+Speeds of zones are those of the law for cars, after the page "Default speed limits" of the
+OpenStreetMap wiki and newer laws; docs/networks.md names the sources and what is convention.
 """
 
 from __future__ import annotations

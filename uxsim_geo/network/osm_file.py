@@ -34,6 +34,9 @@ NOWHERE = 2**31 - 1
 #: coordinates are whole numbers of so many parts of a degree
 PER_DEGREE = 1e7
 
+#: nodes without any of them keep no tags
+NODE_TAGS = ("highway", "barrier", "noexit")
+
 Ids = npt.NDArray[np.int64]
 
 
@@ -57,7 +60,9 @@ class OsmFile:
     node_ids, x, y
         the nodes named, as far as the file has them; coordinates in 10⁻⁷ degrees
     node_tags
-        by node id, of nodes with the tag highway or barrier
+        by node id, of nodes with one of the tags :data:`NODE_TAGS`
+    other_way_ids
+        those of ``node_ids`` that a way with the tag highway names which is no road here
     dropped
         how many ways with the tag highway are no roads here, by reason
     dropped_ids
@@ -72,6 +77,7 @@ class OsmFile:
     x: npt.NDArray[np.int32]
     y: npt.NDArray[np.int32]
     node_tags: dict[int, Tags]
+    other_way_ids: Ids
     restrictions: list[Restriction]
     dropped: Counter[str]
     dropped_ids: frozenset[int]
@@ -145,8 +151,8 @@ def _add_way(element: Way, reason_to_drop: Callable[[Tags], str | None], found: 
     tags = {intern(tag.k): intern(tag.v) for tag in element.tags}
     reason = reason_to_drop(tags) or ""
     tags = {} if reason else tags
-    nodes = [] if reason else [node.ref for node in element.nodes]
-    if len(nodes) > MOST_NODES:
+    nodes = [node.ref for node in element.nodes]
+    if len(nodes) > MOST_NODES and not reason:
         raise ValueError(f"way {element.id} has {len(nodes)} nodes, as no road has")
     way = (element.version, reason, array("q", nodes), tags)
     known = found.ways.get(element.id)
@@ -179,7 +185,7 @@ def _read_nodes(source: File, found: _Found, progress: Callable[[float], None]) 
     import osmium
 
     progress(0.5)
-    wanted = {ref for _, _, refs, _ in found.ways.values() for ref in refs}
+    wanted = {ref for _, reason, refs, _ in found.ways.values() if not reason for ref in refs}
     for node in osmium.FileProcessor(source, osmium.osm.NODE):
         if node.id not in wanted:
             continue
@@ -199,7 +205,7 @@ def _add_node(node: Node, found: _Found) -> None:
     if not location.valid():
         where = f"{location.x / PER_DEGREE:g}, {location.y / PER_DEGREE:g}"
         raise ValueError(f"node {node.id} is at {where}, beyond 180 or 90 degrees")
-    told = {tag.k: tag.v for tag in tags} if "highway" in tags or "barrier" in tags else {}
+    told = {tag.k: tag.v for tag in tags} if any(key in tags for key in NODE_TAGS) else {}
     if known == place and sorted(found.node_tags.get(node.id, {}).items()) > sorted(told.items()):
         return
     found.nodes[node.id] = place
@@ -226,7 +232,17 @@ def _as_arrays(found: _Found) -> OsmFile:
         x=np.array([x for _, x, _ in places], dtype=np.int32),
         y=np.array([y for _, _, y in places], dtype=np.int32),
         node_tags=found.node_tags,
+        other_way_ids=_named_elsewhere(node_ids, found),
         restrictions=[found.restrictions[key][1] for key in sorted(found.restrictions)],
         dropped=Counter(dropped.values()),
         dropped_ids=frozenset(dropped),
     )
+
+
+def _named_elsewhere(node_ids: Ids, found: _Found) -> Ids:
+    """Nodes at which a road meets a way that is none: a path, steps, a way of another class."""
+    refs = array("q")
+    for _, reason, nodes, _ in found.ways.values():
+        if reason:
+            refs.extend(nodes)
+    return np.intersect1d(node_ids, np.array(refs, dtype=np.int64))

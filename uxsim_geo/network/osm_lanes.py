@@ -46,9 +46,9 @@ def lanes_of(
 
 
 def _oneway(tags: Tags, direction: str, assumed: int, remarks: list[Remark]) -> Lanes:
-    own = _count(tags, f"lanes:{direction}", remarks)
-    total = _count(tags, "lanes", remarks)
-    other = _count(tags, f"lanes:{_opposite(direction)}", remarks)
+    own = count_of(tags, f"lanes:{direction}", remarks)
+    total = count_of(tags, "lanes", remarks)
+    other = count_of(tags, f"lanes:{_opposite(direction)}", remarks)
     if own is None and total is not None and other is not None and total > other:
         own = total - other  # a lane against the traffic, for buses
     if own is not None and total is not None and own + (other or 0) != total:
@@ -58,10 +58,10 @@ def _oneway(tags: Tags, direction: str, assumed: int, remarks: list[Remark]) -> 
 
 
 def _twoway(tags: Tags, assumed: int, remarks: list[Remark]) -> tuple[Lanes, Lanes]:
-    total = _count(tags, "lanes", remarks)
-    shared = _count(tags, "lanes:both_ways", remarks) or 0
-    forward = _count(tags, "lanes:forward", remarks)
-    backward = _count(tags, "lanes:backward", remarks)
+    total = count_of(tags, "lanes", remarks)
+    shared = count_of(tags, "lanes:both_ways", remarks) or 0
+    forward = count_of(tags, "lanes:forward", remarks)
+    backward = count_of(tags, "lanes:backward", remarks)
     if total is None or (forward is not None and backward is not None):
         known = [count for count in (forward, backward) if count is not None]
         fits = total is None or sum(known) + shared == total
@@ -114,7 +114,7 @@ def _from_turns(tags: Tags, rest: int) -> tuple[int | None, int | None]:
     return None, None
 
 
-def _count(tags: Tags, key: str, remarks: list[Remark]) -> int | None:
+def count_of(tags: Tags, key: str, remarks: list[Remark]) -> int | None:
     """The whole number that a tag holds; of several (``2;3``) the least. None if there is none."""
     text = tags.get(key)
     if text is None:

@@ -11,6 +11,7 @@ import pandas as pd
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS
 from uxsim_geo.network.osm_file import PER_DEGREE, OsmFile
 from uxsim_geo.network.osm_sections import Rows, Sections
+from uxsim_geo.network.osm_tags import Tags
 from uxsim_geo.network.osm_ways import DIRECTED, DIRECTIONS, KEPT_TEXTS, Ways
 
 CRS = "EPSG:4326"
@@ -166,6 +167,7 @@ def nodes_table(file: OsmFile, links: DirectedLinks, signals: dict[int, list[int
             "through_traffic": True,
             "highway": pd.Series([tag.get("highway") for tag in tags], dtype="str"),
             "barrier": pd.Series([tag.get("barrier") for tag in tags], dtype="str"),
+            "beyond": _beyond(file, rows, tags),
             "signal_node_ids": pd.Series(
                 [" ".join(names) or None for names in sources], dtype="str"
             ),
@@ -175,3 +177,13 @@ def nodes_table(file: OsmFile, links: DirectedLinks, signals: dict[int, list[int
     table.insert(len(NODE_COLUMNS), "geometry", points)
     located: pd.DataFrame = geopandas.GeoDataFrame(table, geometry="geometry", crs=CRS)
     return located
+
+
+def _beyond(file: OsmFile, rows: Rows, tags: list[Tags]) -> pd.Series:
+    """What is known of streets that end at nodes: that another way goes on, or nothing does."""
+    other = np.isin(file.node_ids[rows], file.other_way_ids)
+    beyond = [
+        "noexit" if tag.get("noexit") == "yes" else "other way" if path else None
+        for tag, path in zip(tags, other.tolist(), strict=True)
+    ]
+    return pd.Series(beyond, dtype="str")

@@ -19,33 +19,44 @@ from uxsim_geo.network.units import KMH
 MOST_SINGLE_NOTES = 1000
 
 #: kinds of tags whose conditions are not applied
-CONDITIONAL = ("maxspeed", "access", "motor_vehicle", "vehicle", "motorcar", "oneway", "lanes")
+CONDITIONAL = frozenset(
+    [
+        *("maxspeed", "access", "motor_vehicle", "vehicle", "motorcar", "oneway"),
+        *("lanes", "bus", "psv"),
+    ]
+)
 
 
-def note_file(file: OsmFile, sections: Sections, options: OsmOptions, notes: Notes) -> None:
-    """Say which side is driven on, what was left out, what the file lacks."""
-    notes.add(
-        "driving side", "recorded only: geometry does not depend on it", value=options.driving_side
-    )
+def note_file(file: OsmFile, options: OsmOptions, notes: Notes) -> None:
+    """Say which side is driven on, what was left out, what is not applied."""
+    notes.add("driving side", "recorded only: geometry does not depend on it", value=options.side)
     for reason, number in sorted(file.dropped.items()):
         notes.add("ways left out", f"{reason}: no links", element="link", value=number)
-    incomplete = np.flatnonzero(sections.missing)
-    names = [str(way_id) for way_id in file.way_ids[incomplete]]
-    for name, number in zip(names, sections.missing[incomplete].tolist(), strict=True):
-        note = f"way {name} names nodes (value: how many) that the file lacks: cut there"
-        notes.add("missing nodes", note, element="link", severity="warning", value=number)
     conditions = Counter(
         key
         for tags in file.way_tags
         for key in tags
         if key.endswith(":conditional") and key.partition(":")[0] in CONDITIONAL
     )
-    barriers = Counter(tags["barrier"] for tags in file.node_tags.values() if "barrier" in tags)
-    for kind, number in sorted(barriers.items()):
-        note = f"nodes with barrier={kind} on roads: nothing is closed there"
-        notes.add("barriers", note, element="node", value=number)
     for key, number in sorted(conditions.items()):
         notes.add("conditional tag", f"ways with {key}: not applied", element="link", value=number)
+
+
+def note_missing_nodes(
+    file: OsmFile, sections: Sections, links: DirectedLinks, notes: Notes
+) -> None:
+    """Ways of which the file lacks nodes, told of the first link of each, if it has any."""
+    note = "the way names nodes (value: how many) that the file lacks: cut there"
+    incomplete = np.flatnonzero(sections.missing)
+    first = np.searchsorted(links.way, incomplete)
+    linked = np.isin(incomplete, links.way)
+    missing = sections.missing[incomplete].tolist()
+    ids = links.ids.iloc[first[linked]].tolist()
+    notes.warn_each("missing nodes", note, ids, [missing[row] for row in np.flatnonzero(linked)])
+    for row in np.flatnonzero(~linked).tolist():
+        name = str(file.way_ids[incomplete[row]])
+        text = f"way {name} names nodes (value: how many) that the file lacks: nothing is left"
+        notes.add("missing nodes", text, element="link", severity="warning", value=missing[row])
 
 
 def note_ways(file: OsmFile, ways: Ways, links: DirectedLinks, notes: Notes) -> None:

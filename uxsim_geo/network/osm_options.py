@@ -8,8 +8,13 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from uxsim_geo.errors import Faults
+from uxsim_geo.network.driving_side import DrivingSide, side_of
 
-DrivingSide = Literal["right", "left"]
+#: barriers that keep cars out cut the road, or no barrier does
+Barriers = Literal["obeyed", "ignored"]
+
+#: lanes of buses are not counted as lanes of cars, or they are
+BusLanes = Literal["reserved", "shared"]
 
 #: roads that anybody may drive on, the default
 PUBLIC_ROADS = (
@@ -43,9 +48,15 @@ class OsmOptions:
         whose assumed speeds and lanes hold where the file has none: ``default``, or a code as DE
         that the tables know. It also says what a zone without a country (``urban``) means
     driving_side
-        right or left: recorded in the notes, the geometry does not depend on it
+        right or left, None: that of the country (:mod:`uxsim_geo.network.driving_side`);
+        recorded in the notes, the geometry does not depend on it
     private
         True: roads of private access, of residents and for deliveries become links too
+    barriers
+        ``obeyed``: nobody passes bollards, locked gates and the like
+        (:mod:`uxsim_geo.network.osm_barriers`)
+    bus_lanes
+        ``reserved``: they are left out of the lanes (:mod:`uxsim_geo.network.osm_reserved`)
     class_table, zone_table
         CSV files whose rows take precedence over the shipped tables of what is assumed
         (``osm_road_classes.csv``, ``osm_zone_speeds.csv``, see
@@ -63,8 +74,10 @@ class OsmOptions:
 
     road_classes: tuple[str, ...] = PUBLIC_ROADS
     country: str = "default"
-    driving_side: DrivingSide = "right"
+    driving_side: DrivingSide | None = None
     private: bool = False
+    barriers: Barriers = "obeyed"
+    bus_lanes: BusLanes = "reserved"
     class_table: Path | None = None
     zone_table: Path | None = None
     jam_density: float = 0.2
@@ -79,13 +92,24 @@ class OsmOptions:
             if name not in ROAD_CLASSES:
                 known = ", ".join(ROAD_CLASSES)
                 faults.add(f"must be among {known}", column="road_classes", value=name)
-        if self.driving_side not in get_args(DrivingSide):
-            faults.add("must be right or left", column="driving_side", value=self.driving_side)
+        self._add_choice_faults(faults)
         _add_number_fault(faults, "jam_density", self.jam_density)
         _add_number_fault(faults, "signal_distance", self.signal_distance)
         if self.max_unpacked_mb is not None:
             _add_number_fault(faults, "max_unpacked_mb", self.max_unpacked_mb)
         faults.raise_if_any()
+
+    @property
+    def side(self) -> DrivingSide:
+        """The side that is driven on: as told, else that of the country."""
+        return self.driving_side or side_of(self.country)
+
+    def _add_choice_faults(self, faults: Faults) -> None:
+        choices = {"driving_side": DrivingSide, "barriers": Barriers, "bus_lanes": BusLanes}
+        for name, known in choices.items():
+            value = getattr(self, name)
+            if value not in get_args(known) and (name, value) != ("driving_side", None):
+                faults.add(f"must be {' or '.join(get_args(known))}", column=name, value=value)
 
 
 def _add_number_fault(faults: Faults, name: str, value: float) -> None:

@@ -32,7 +32,7 @@ UNITS = {
 }
 
 #: countries whose zones have miles an hour in their names (GB:zone20)
-MILES = frozenset({"GB", "UK", "US"})
+MILES = frozenset({"GB", "GG", "IM", "JE", "PR", "UK", "US"})
 
 #: keys that name a zone or say by what law a limit holds
 ZONE_KEYS = ("maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic", "maxspeed:source")

@@ -18,6 +18,8 @@ import pandas as pd
 
 from uxsim_geo.network.network import MOVEMENT_COLUMNS
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.osm_barriers import BARRIER, blocked_turns
+from uxsim_geo.network.osm_file import Ids
 from uxsim_geo.network.osm_junctions import Junctions
 from uxsim_geo.network.osm_paths import Path, paths_of
 from uxsim_geo.network.osm_relations import RestrictionError, Turn, turn_of
@@ -35,12 +37,16 @@ COUNTED = {
 }
 
 
-#: rows of links from, between, to; and the kinds and ids of the restrictions that ban the path
+#: rows of links from, between, to; and the kinds and ids of the restrictions (of a barrier: its
+#: node) that ban the path
 Bans = dict[Path, list[tuple[str, int]]]
 
 
-def banned_turns(junctions: Junctions, notes: Notes) -> pd.DataFrame:
-    """The table of movements; what becomes of restrictions that ban nothing goes into the notes."""
+def banned_turns(junctions: Junctions, closed: Ids, notes: Notes) -> pd.DataFrame:
+    """The table of movements; what becomes of restrictions that ban nothing goes into the notes.
+
+    ``closed``: ids of nodes with barriers that cars do not pass.
+    """
     bans: Bans = {}
     counted: Counter[str] = Counter()
     for relation in junctions.file.restrictions:
@@ -55,6 +61,8 @@ def banned_turns(junctions: Junctions, notes: Notes) -> pd.DataFrame:
             notes.add("conditional restriction", note, value=relation.id)
     for topic, number in sorted(counted.items()):
         notes.add(topic, COUNTED[topic], value=number)
+    for pair, node_id in blocked_turns(closed, junctions).items():
+        bans.setdefault(pair, [(BARRIER, node_id)])
     return _table(bans, junctions)
 
 

@@ -13,6 +13,7 @@ from uxsim_geo.network.osm_defaults import Defaults
 from uxsim_geo.network.osm_lanes import lanes_of, turn_lanes
 from uxsim_geo.network.osm_oneway import directions
 from uxsim_geo.network.osm_options import OsmOptions
+from uxsim_geo.network.osm_reserved import lanes_of_cars
 from uxsim_geo.network.osm_speeds import free_speeds
 from uxsim_geo.network.osm_tags import Remark, Tags
 
@@ -97,6 +98,7 @@ def _add_directions(
     ways.open[row] = open_to.forward, open_to.backward
     assumed = defaults.lanes(options.country, tags["highway"])
     lanes = lanes_of(tags, open_to, assumed, remarks)
+    lanes = lanes_of_cars(tags, open_to, lanes, options, remarks)
     speeds = free_speeds(tags, options.country, defaults, remarks)
     for direction, lane, speed in zip(DIRECTIONS, lanes, speeds, strict=True):
         values = (

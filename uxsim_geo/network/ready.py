@@ -6,15 +6,15 @@ on the tables alone, not on the order of their rows, on threads or on the machin
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.network.distortion import Side, compare, note_distortion, sample_nodes
+from uxsim_geo.network.distortion import compare, note_distortion, sample_nodes
 from uxsim_geo.network.joining import join_links
+from uxsim_geo.network.junctions import merge_junctions
 from uxsim_geo.network.largest_part import keep_largest_part
 from uxsim_geo.network.network import NOTE_COLUMNS, Network
 from uxsim_geo.network.notes import Notes
@@ -24,17 +24,15 @@ from uxsim_geo.network.ready_check import check_ids
 from uxsim_geo.network.ready_options import ReadyOptions
 from uxsim_geo.network.rows import numbers
 from uxsim_geo.network.settling import merge_within
+from uxsim_geo.network.telling import Telling, silent
 from uxsim_geo.network.u_turns import ban_u_turns
 
-#: called with what is being done and the share of the whole that is done, 0 to 1
-Progress = Callable[[str, float], None]
-
-#: seed of the sample by which the result is judged; not that by which junctions were chosen
+#: seed of the sample by which the result is judged
 SEED = 2
 
 
 def make_ready(
-    network: Network, options: ReadyOptions, *, progress: Progress | None = None
+    network: Network, options: ReadyOptions, *, progress: Telling | None = None
 ) -> Network:
     """Take the steps that ``options`` ask for; their notes stand after those that are there.
 
@@ -42,7 +40,7 @@ def make_ready(
     :class:`uxsim_geo.errors.InputError` if ids are missing, not unique or not known.
     """
     check_ids(network)
-    tell = progress or _silent
+    tell = progress or silent
     notes = Notes()
     notes.add("driving side", "no step depends on it", value=options.driving_side)
     note_short_links(network, options.step, "before", notes)
@@ -58,12 +56,12 @@ def make_ready(
     if options.join:
         network = join_links(network, options.short_piece, notes)
     whole = network
-    ways = options.sampled_ways if _speeds_are_known(network, notes) else 0
+    known = _speeds_are_known(network, notes)
     tell("junctions", 0.3)
-    if options.merge_junctions:
-        limits = (ways, options.rounds)
-        told = partial(_tell_part, tell)
-        network = merge_within(network, options.junctions, limits, notes, told)
+    if options.merge_junctions and known:
+        network = merge_within(network, options.junctions, notes, partial(_tell_part, tell))
+    elif options.merge_junctions:
+        network = merge_junctions(network, options.junctions, notes)
     if options.merge_junctions and options.join:
         network = join_links(network, options.short_piece, notes)
     tell("turning back", 0.85)
@@ -71,17 +69,13 @@ def make_ready(
     if options.largest_part:
         network = keep_largest_part(network, notes)
     tell("comparing", 0.9)
-    _judge(whole, network, ways, notes)
+    _judge(whole, network, options.sampled_ways if known else 0, notes)
     note_short_links(network, options.step, "after", notes)
     tell("done", 1.0)
     return replace(network, notes=_together(network.notes, notes.table()))
 
 
-def _silent(_what: str, _share: float) -> None:
-    """Progress that nobody watches."""
-
-
-def _tell_part(tell: Progress, share: float) -> None:
+def _tell_part(tell: Telling, share: float) -> None:
     tell("junctions", 0.3 + 0.5 * share)
 
 
@@ -95,10 +89,10 @@ def _speeds_are_known(network: Network, notes: Notes) -> bool:
 
 
 def _judge(before: Network, after: Network, ways: int, notes: Notes) -> None:
-    """Compare ways with those before merging, from other origins than were looked at then."""
+    """Compare sampled ways with those before merging."""
     if ways and len(after.nodes):
         sample = sample_nodes(before, after, ways, SEED)
-        note_distortion(compare(Side.of(before, sample), Side.of(after, sample)), notes)
+        note_distortion(compare(before, after, sample), notes)
 
 
 def note_short_links(network: Network, step: float, when: str, notes: Notes) -> None:

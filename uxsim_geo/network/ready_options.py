@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import get_args
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.clusters import JunctionSizes
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.u_turns import Where
-
-DrivingSide = Literal["right", "left"]
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,6 @@ class ReadyOptions:
         recorded: no step depends on it, since no geometry is made of roads with two sides
     sampled_ways
         so many ways, from some nodes to all, are compared before and after merging; 0: none
-    rounds
-        so many times junctions on ways that have changed too much are taken apart again
     step
         s, reaction time times platoon size: links that are driven in less are counted
     """
@@ -53,7 +50,6 @@ class ReadyOptions:
     u_turns: Where = "signals"
     driving_side: DrivingSide = "right"
     sampled_ways: int = 500_000
-    rounds: int = 5
     step: float = 5.0
 
     def __post_init__(self) -> None:
@@ -62,9 +58,8 @@ class ReadyOptions:
             if not 0 <= getattr(self, name) < math.inf:
                 what = "must be a finite number, 0 or above"
                 faults.add(what, column=name, value=getattr(self, name))
-        for name in ("sampled_ways", "rounds"):
-            if getattr(self, name) < 0:
-                faults.add("must be 0 or above", column=name, value=getattr(self, name))
+        if self.sampled_ways < 0:
+            faults.add("must be 0 or above", column="sampled_ways", value=self.sampled_ways)
         for name, known in (("u_turns", get_args(Where)), ("driving_side", get_args(DrivingSide))):
             if getattr(self, name) not in known:
                 what = f"must be one of {', '.join(known)}"

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, Turns, ends_of, turns_of
 from uxsim_geo.network.long_bans import LongBans, Path
@@ -81,25 +80,13 @@ def _steps_of_states(place: dict[Path, int], bans: LongBans, before: Rows, after
     return np.array(steps, dtype=np.int64).reshape(-1, 2)
 
 
-@dataclass(frozen=True)
-class Tree:
-    """Shortest ways from one node.
+def shortest(
+    graph: TurnGraph, cost: Floats, origins: Rows, limit: float = np.inf
+) -> Iterator[Floats]:
+    """Costs of the shortest ways from each of some nodes to all, in turn; (nodes,) each.
 
-    cost
-        to each node, infinite where none leads; (nodes,)
-    last
-        place of the last link on the way to each node, -1 where there is none; (nodes,)
-    before
-        the place before each on its way, below 0 at the first; (places,)
+    ``cost``: of each link, above 0. Infinite where no way leads, or none up to the limit.
     """
-
-    cost: Floats
-    last: npt.NDArray[np.int32]
-    before: npt.NDArray[np.int32]
-
-
-def shortest(graph: TurnGraph, cost: Floats, origins: Rows) -> Iterator[Tree]:
-    """Shortest ways from each of some nodes to all, in turn; ``cost``: of each link, above 0."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -112,21 +99,8 @@ def shortest(graph: TurnGraph, cost: Floats, origins: Rows) -> Iterator[Tree]:
     known = np.unique(node)
     begin = np.searchsorted(node[order], known)
     for origin in origins.tolist():
-        found, before = dijkstra(steps, indices=links + origin, return_predecessors=True)
+        found = dijkstra(steps, indices=links + origin, limit=limit)
         least = np.full(graph.ends.nodes, np.inf)
         least[known] = np.minimum.reduceat(found[:links][order], begin)
-        last = np.full(graph.ends.nodes, -1, dtype=np.int32)
-        reached = np.flatnonzero(np.isfinite(found[:links]) & (found[:links] == least[node]))
-        last[node[reached[::-1]]] = reached[::-1]
-        least[origin], last[origin] = 0.0, -1
-        yield Tree(least, last, np.where(before >= links, -1, before).astype(np.int32))
-
-
-def nodes_on_way(graph: TurnGraph, tree: Tree, node: int) -> list[int]:
-    """Rows of the nodes on the way to one, from the last to the first."""
-    found = [node]
-    place = int(tree.last[node])
-    while place >= 0:
-        found.append(int(graph.ends.start[graph.link[place]]))
-        place = int(tree.before[place])
-    return found
+        least[origin] = 0.0
+        yield least

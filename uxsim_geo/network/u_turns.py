@@ -53,11 +53,12 @@ def needless(network: Network, ends: Ends, turns: Turns) -> Flags:
     others = ~turns.banned & ~turns.back
     onward = np.bincount(turns.before[others], minlength=links) > 0
     inward = np.bincount(turns.after[others], minlength=links) > 0
-    plain = ~_merged(network)[ends.end[turns.before]]
+    plain = ~merged_before(network)[ends.end[turns.before]]
     return turns.back & onward[turns.before] & inward[turns.after] & plain
 
 
-def _merged(network: Network) -> Flags:
+def merged_before(network: Network) -> Flags:
+    """Nodes that were several, at which turning back stands for a way round; (nodes,)."""
     if "merged_node_ids" not in network.nodes:
         return np.zeros(len(network.nodes), dtype=bool)
     return np.asarray(network.nodes["merged_node_ids"].notna(), dtype=bool)
