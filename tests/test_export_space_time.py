@@ -22,6 +22,7 @@ from uxsim_geo.export import space_time_frame as frames
 from uxsim_geo.export import space_time_walls as walls
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.space_time_bins import coarser
 from uxsim_geo.export.space_time_choice import Choice
 from uxsim_geo.export.space_time_frame import Frame, ticks
 from uxsim_geo.export.space_time_look import Look
@@ -114,6 +115,19 @@ def test_a_wall_follows_the_bends_of_its_link_and_a_queue_ends_between_them() ->
     assert len(boxes(scene, "queues")) == 2  # 50 m lie on the last piece alone
     first, second = boxes(scene)[:2]
     assert first[1, 0] == pytest.approx(second[0, 0], abs=2 * walls.BESIDE)
+
+
+def test_of_many_bins_several_are_one_as_if_they_had_been_longer() -> None:
+    network = two_way_road()
+    events = events_of(network, [(0, 0, 0.0, np.nan), (1, 0, 10.0, np.nan), (2, 1, 10.0, 60.0)])
+    result = result_of(events, trips_of([{}, {}, {}]), Settings(400.0))
+    short = link_times(result, network, bin_s=10.0)
+    joined = coarser(short, network)  # 40 bins: two by two
+    longer = link_times(result, network, bin_s=20.0)
+    pd.testing.assert_frame_equal(joined, longer[list(joined.columns)])
+    assert coarser(longer, network) is longer
+    scene = space_time_scene(network, short, Look())
+    assert np.diff(scene["edges"]).tolist() == [20.0] * 20
 
 
 def test_parts_that_are_not_asked_for_are_not_there() -> None:

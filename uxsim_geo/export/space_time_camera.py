@@ -19,7 +19,7 @@ DIRECTIONS: dict[Camera, tuple[float, float]] = {
     "east": (ASIDE, ELEVATION),
     "north": (90.0 + ASIDE, ELEVATION),
     "west": (180.0 + ASIDE, ELEVATION),
-    "above": (-90.0, 78.0),
+    "above": (-90.0, 65.0),
 }
 
 #: the part of the window for the scene, between texts: left, right, bottom, top (0 to 1)

@@ -36,6 +36,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.space_time_bins import coarser
 from uxsim_geo.export.space_time_choice import Choice
 from uxsim_geo.export.space_time_frame import Frame, axes, time_marks
 from uxsim_geo.export.space_time_look import Look
@@ -67,7 +68,7 @@ def space_time_scene(
     network has no geometry.
     """
     plane = MapPlane.of(network)
-    choice = Choice.of(network, states, plane, look)
+    choice = Choice.of(network, coarser(states, network), plane, look)
     frame = Frame.of(plane, choice.box, float(choice.grid.end[-1]))
     scale = Scale.of(look, choice)
     pieces = Pieces.of(frame, choice.links)
@@ -204,12 +205,13 @@ def _subtitle(network: Network, choice: Choice, look: Look) -> str:
     }
     said = [text for part, text in parts.items() if part in look.show]
     count, links = len(choice.links), len(network.links)
+    bin_s = choice.grid.end[0] - choice.grid.begin[0]
     which = "all" if count == slow else f"the {count:,} with most delay"
     share = f", {drawn / whole:.0%} of all delay" if count < slow and whole > 0 else ""
     return (
         f"{links:,} links, {slow:,} of them slow at some time; walls: {which}{share}. "
         f"Time lost in all: {in_words(whole)}; most vehicles queue at "
-        f"{look.clock(choice.worst_time)}\nwall: {'; '.join(said)}. "
+        f"{look.clock(choice.worst_time)}\nwall, by {bin_s / 60:g} min: {'; '.join(said)}. "
         "On the ground: the worst state of the same links; grey: all others"
     )
 

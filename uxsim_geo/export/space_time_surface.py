@@ -10,6 +10,7 @@ import pandas as pd
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.map_plane import MapPlane
+from uxsim_geo.export.space_time_bins import coarser
 from uxsim_geo.export.space_time_choice import Choice
 from uxsim_geo.export.space_time_frame import Frame, axes
 from uxsim_geo.export.space_time_look import Look
@@ -30,6 +31,7 @@ def surface_scene(network: Network, states: pd.DataFrame, look: Look) -> dict[st
     each link and smoothed. Without a CRS it is veh·h per cell of the terrain.
     """
     plane = MapPlane.of(network)
+    states = coarser(states, network)
     choice = Choice.of(network, states, plane, look)
     delay = StateGrid.of_all(states, network).values("delay").sum(axis=1) / 3600
     frame = Frame.of(plane, choice.box, 1.0)
