@@ -33,7 +33,7 @@ PICTURES = {
     "sioux_falls_curves": ("sioux_falls", "plots/curves.png"),
     "sioux_falls_vehicles": ("sioux_falls", "plots/vehicles.gif"),
     "sioux_falls_space_time": ("sioux_falls", "space_time.png"),
-    "sioux_falls_space_time_west": ("sioux_falls", "space_time_west.png"),
+    "sioux_falls_space_time_south": ("sioux_falls", "space_time_south.png"),
     "sioux_falls_surface": ("sioux_falls", "space_time_surface.png"),
     "gridlock_space_time": ("gridlock", "space_time.png"),
     "gridlock_ramp_metering_space_time": ("gridlock_ramp_metering", "space_time.png"),
@@ -55,7 +55,7 @@ MORE = {
 #: what is drawn in space and time
 SPACE_TIME = (
     "forms=[png, surface]",
-    "cameras=[south, west]",
+    "cameras=[auto, south]",
 )
 
 WIDEST = 1200  # pixels

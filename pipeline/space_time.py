@@ -129,6 +129,7 @@ def _write_film(run: SpaceTime, motion: Literal["orbit", "sweep"], path: Path) -
         run.scene,
         look,
         motion=motion,
+        camera=run.wishes.cameras[0],
         pictures=run.wishes.pictures,
         frame_ms=run.wishes.frame_ms,
         progress=partial(run.progress, path.name),

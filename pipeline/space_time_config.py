@@ -11,7 +11,7 @@ from pipeline.config_keys import Section
 #: ``pipeline.space_time`` has one function for each
 Form = Literal["png", "html", "orbit", "sweep", "surface", "vtp", "vtkhdf"]
 Part = Literal["ribbons", "queues", "trajectories", "time_plane"]
-Camera = Literal["south", "east", "north", "west", "above"]
+Camera = Literal["auto", "south", "east", "north", "west", "above"]
 
 Pixels = Annotated[int, Field(ge=400, le=8000)]
 
@@ -36,11 +36,12 @@ class SpaceTimeSection(Section):
         "to their tails), trajectories (of a sample), time_plane (a sheet at time_s)",
     )
     cameras: tuple[Camera, ...] = Field(
-        ("south",),
+        ("auto",),
         strict=False,
         min_length=1,
-        description="sides that stills are seen from; the first makes space_time.png, others "
-        "space_time_<side>.png",
+        description="sides that stills are seen from, auto: the one from which walls hide each "
+        "other least; the first makes space_time.png, others space_time_<side>.png; films begin "
+        "there",
     )
     slower_than: float = Field(
         0.6, gt=0, le=1, description="share of free speed under which a link is drawn, 0 to 1"

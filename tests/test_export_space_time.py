@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta, timezone
 
 import geopandas as gpd
 import numpy as np
@@ -25,6 +25,7 @@ from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time_bins import coarser
 from uxsim_geo.export.space_time_choice import Choice
 from uxsim_geo.export.space_time_frame import Frame, ticks
+from uxsim_geo.export.space_time_framing import best_side
 from uxsim_geo.export.space_time_look import Look
 from uxsim_geo.export.space_time_places import places
 from uxsim_geo.export.space_time_scale import round_above
@@ -128,6 +129,18 @@ def test_of_many_bins_several_are_one_as_if_they_had_been_longer() -> None:
     assert coarser(longer, network) is longer
     scene = space_time_scene(network, short, Look())
     assert np.diff(scene["edges"]).tolist() == [20.0] * 20
+
+
+def test_a_link_without_length_on_the_map_has_no_wall() -> None:
+    network = two_way_road(ways=2)
+    lines = [*network.links.geometry[:3], LineString([(0, 0), (0, 0)])]
+    network = Network(network.nodes, gpd.GeoDataFrame(network.links).set_geometry(lines))
+    rows = [(0, 3, 0.0, np.nan), (1, 3, 1.0, np.nan), (2, 0, 5.0, np.nan), (3, 0, 6.0, np.nan)]
+    result = result_of(events_of(network, rows), trips_of([{}] * 4), Settings(200.0))
+    states = link_times(result, network, bin_s=100.0)
+    look = Look(slower_than=1.0)
+    assert len(boxes(space_time_scene(network, states, look))) == 2  # of the link from a to b
+    assert Choice.of(network, states, MapPlane.of(network), look).links.tolist() == [3, 0]
 
 
 def test_parts_that_are_not_asked_for_are_not_there() -> None:
@@ -244,7 +257,10 @@ def test_the_axes_tell_time_distance_and_north() -> None:
 def test_the_axis_shows_round_times_of_the_clock_in_its_zone() -> None:
     zone = timezone(timedelta(hours=2))
     look = Look(start=datetime(2024, 5, 1, 7, 10, tzinfo=zone))
-    assert look.clock_title == "time, UTC+02:00"
+    assert look.clock_title == "time, UTC+2"
+    west = Look(start=datetime(2024, 5, 1, tzinfo=timezone(timedelta(hours=-3, minutes=-30))))
+    assert west.clock_title == "time, UTC−3:30"
+    assert Look(start=datetime(2024, 5, 1, tzinfo=UTC)).clock_title == "time, UTC"
     assert ticks(look, 7200.0) == [
         (600.0, "7:20"),
         (1800.0, "7:40"),
@@ -308,6 +324,21 @@ def test_each_side_sees_its_own_corner_at_the_left() -> None:
         for side in ("south", "east", "north", "west")
     ]
     assert left == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("way", "side"), [((1, 0), "south"), ((0, 1), "west"), ((1, 1), "south"), ((0, 0), "south")]
+)
+def test_the_best_side_sees_walls_from_their_broad_side(way: tuple[int, int], side: str) -> None:
+    network = two_way_road()
+    along = LineString([(0, 0), (1000 * way[0] + 1, 1000 * way[1] + 1)])
+    links = gpd.GeoDataFrame(network.links).set_geometry([along, along.reverse()])
+    network = Network(network.nodes, links)
+    states = states_with_a_queue(network)
+    if way == (0, 0):
+        states = states.assign(speed=np.nan)
+    scene = space_time_scene(network, states, Look())
+    assert best_side(scene, Look()) == side
 
 
 def test_ways_go_through_the_places_of_their_vehicles() -> None:

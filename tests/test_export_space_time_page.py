@@ -176,6 +176,6 @@ def test_names_are_text_in_the_browser_too(tmp_path: Path) -> None:
     found, console = driven(page_of(tmp_path, NASTY, NASTY), script)
     assert isinstance(found, dict)
     assert console == ""
-    assert found["heading"] == NASTY
+    assert found["heading"] == f"{NASTY}: slow links in space and time"
     assert found["note"].startswith(NASTY)
     assert found["bold"] == 0

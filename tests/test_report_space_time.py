@@ -14,11 +14,13 @@ from uxsim_geo.errors import InputError
 from uxsim_geo.export import space_time, space_time_look
 from uxsim_geo.export.space_time_camera import DIRECTIONS
 
+SLOW = "slow links in space and time"
 SECTION = CONFIG.replace("[geopackage]", "[space_time]") + "  space_time: {{{}}}\n"
 
 
 def test_the_configuration_knows_what_the_export_does() -> None:
-    assert typing.get_args(Camera) == tuple(DIRECTIONS) == typing.get_args(space_time_look.Camera)
+    assert typing.get_args(Camera) == ("auto", *DIRECTIONS)
+    assert typing.get_args(Camera) == typing.get_args(space_time_look.Camera)
     assert typing.get_args(Part) == typing.get_args(space_time_look.Part)
 
 
@@ -59,7 +61,7 @@ def test_every_form_is_written_under_its_name(
     assert drawn["space_time.png"] == ("north", (800, 600), "density", True)
     assert drawn["space_time_above.png"][0] == "above"
     assert drawn["space_time_surface.png"][0] == "north"
-    assert drawn["space_time_orbit.mp4"] == ("orbit", 9, (600, 450), "small")
+    assert drawn["space_time_orbit.mp4"] == ("orbit", 9, (600, 450), f"small: {SLOW}")
     assert "space_time_sweep.mp4: 100 %" in capsys.readouterr().err
 
 

@@ -20,14 +20,8 @@ import numpy as np
 from uxsim_geo.export.film import Progress, check_film
 from uxsim_geo.export.gif import Picture
 from uxsim_geo.export.mp4 import write_mp4
-from uxsim_geo.export.space_time_camera import (
-    DIRECTIONS,
-    VIEW_ANGLE,
-    View,
-    left_corner,
-    towards,
-    view,
-)
+from uxsim_geo.export.space_time_camera import VIEW_ANGLE, View, left_corner, towards
+from uxsim_geo.export.space_time_framing import direction_of, view_of
 from uxsim_geo.export.space_time_look import Camera, Look
 from uxsim_geo.files import replace_when_complete
 
@@ -51,13 +45,13 @@ class Shot:
     text: str = ""
 
 
-def write_still(path: Path, scene: dict[str, Any], look: Look, camera: Camera = "south") -> None:
+def write_still(path: Path, scene: dict[str, Any], look: Look, camera: Camera = "auto") -> None:
     """Draw a scene from one side as a PNG.
 
     ``scene`` comes from :func:`uxsim_geo.export.space_time_scene.space_time_scene`. Raises
     :class:`RenderError` if the drawing process dies.
     """
-    one = _view(scene, look, towards(*DIRECTIONS[camera]))
+    one = view_of(scene, look, direction_of(scene, look, camera))
     shown = "time_plane" in look.show
     plane = (float(scene["plane"]), np.nan, str(scene["plane_text"])) if shown else ()
     shots = [Shot(one, *plane)]
@@ -71,6 +65,7 @@ def write_film(  # noqa: PLR0913 -- how it moves, by keyword alone
     look: Look,
     *,
     motion: Motion,
+    camera: Camera = "auto",
     pictures: int = 120,
     frame_ms: float = 80.0,
     progress: Progress | None = None,
@@ -81,16 +76,18 @@ def write_film(  # noqa: PLR0913 -- how it moves, by keyword alone
     :func:`uxsim_geo.export.film.check_film` does.
     """
     check_film(path, frame_ms)
-    shots = _round(scene, look, pictures) if motion == "orbit" else _rising(scene, look, pictures)
+    move = _round if motion == "orbit" else _rising
+    shots = move(scene, look, camera, pictures)
     with _scene_file(scene, look, shots) as arrays, replace_when_complete(path) as temporary:
         write_mp4(temporary, _drawn(arrays, look, len(shots), progress), frame_ms)
 
 
-def _round(scene: dict[str, Any], look: Look, pictures: int) -> list[Shot]:
+def _round(scene: dict[str, Any], look: Look, camera: Camera, pictures: int) -> list[Shot]:
     """Once round the scene at one distance."""
-    first, elevation = DIRECTIONS["south"]
+    x, y, z = direction_of(scene, look, camera)
+    first, elevation = np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(z))
     azimuths = first + 360.0 * np.arange(pictures) / pictures
-    views = [_view(scene, look, towards(azimuth, elevation)) for azimuth in azimuths]
+    views = [view_of(scene, look, towards(azimuth, elevation)) for azimuth in azimuths]
     # a little further than each needs, since one focus is not amid what all of them see
     distance = 1.07 * max(float(np.linalg.norm(one.position - one.focus)) for one in views)
     focus = np.mean([one.focus for one in views], axis=0)
@@ -99,9 +96,9 @@ def _round(scene: dict[str, Any], look: Look, pictures: int) -> list[Shot]:
     ]
 
 
-def _rising(scene: dict[str, Any], look: Look, pictures: int) -> list[Shot]:
+def _rising(scene: dict[str, Any], look: Look, camera: Camera, pictures: int) -> list[Shot]:
     """The time plane from the ground to the top, and walls up to it."""
-    one = _view(scene, look, towards(*DIRECTIONS["south"]))
+    one = view_of(scene, look, direction_of(scene, look, camera))
     height, duration = float(scene["height"]), float(scene["duration"])
     shares = np.arange(1, pictures + 1) / pictures
     return [
@@ -131,16 +128,6 @@ def _drawn(arrays: Path, look: Look, pictures: int, progress: Progress | None) -
             status = child.wait()
         messages.seek(0)
         _check(status, messages.read().decode("utf-8", "replace"))
-
-
-def _view(scene: dict[str, Any], look: Look, direction: Any) -> View:
-    """From a direction all that must be seen: map, axes, sides behind, and what stands on it."""
-    corners = scene["corners"]
-    left = left_corner(corners, direction)
-    ground = np.column_stack([corners, np.zeros(4)])
-    behind = np.roll(ground, -left, axis=0)[2:] + np.array([0.0, 0.0, float(scene["height"])])
-    parts = (scene[f"{name}.points"] for name in (f"axes{left}", "ribbons", "queues", "marks"))
-    return view(np.concatenate([ground, behind, *parts]), direction, look.size[0] / look.size[1])
 
 
 @contextmanager

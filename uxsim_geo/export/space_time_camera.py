@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from uxsim_geo.analysis.types import Floats
-from uxsim_geo.export.space_time_look import Camera
 
 VIEW_ANGLE = 30.0  # degrees from the lower to the upper edge
 ASIDE = 19.0  # degrees from the side of the map, for no street to be seen from its end alone
 ELEVATION = 35.0  # degrees above the ground
 
 #: where the viewer stands: degrees counter-clockwise from the east, and above the ground
-DIRECTIONS: dict[Camera, tuple[float, float]] = {
+DIRECTIONS: dict[str, tuple[float, float]] = {
     "south": (-90.0 + ASIDE, ELEVATION),
     "east": (ASIDE, ELEVATION),
     "north": (90.0 + ASIDE, ELEVATION),

@@ -8,7 +8,7 @@ from typing import Literal
 
 Colour = Literal["speed", "density"]
 Part = Literal["ribbons", "queues", "trajectories", "time_plane"]
-Camera = Literal["south", "east", "north", "west", "above"]
+Camera = Literal["auto", "south", "east", "north", "west", "above"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,10 @@ class Look:
         """What the clock counts from, or the zone in which it shows the time of day."""
         if self.start is None:
             return "time, h:min"
-        return f"time, {self.start.tzname()}"
+        offset = self.start.utcoffset() or timedelta()
+        hours, minutes = divmod(round(abs(offset).total_seconds() / 60), 60)
+        ahead = f"{'−' if offset < timedelta() else '+'}{hours}" if offset else ""
+        return f"time, UTC{ahead}{f':{minutes:02d}' if minutes else ''}"
 
     @property
     def second_of_day(self) -> float:

@@ -157,7 +157,7 @@ class Scene {
     this.sides = TEXTS.axes.map((axis) => segments(gl, axis.side, [154, 160, 171, 200]));
     this.axes = TEXTS.axes.map((axis) => segments(gl, axis.segments, [128, 128, 128, 255]));
     this.target = gl.createFramebuffer();
-    this.look("south");
+    this.look(TEXTS.first);
   }
 
   look(name) {

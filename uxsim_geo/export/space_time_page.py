@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from uxsim_geo.export.space_time_framing import best_side
 from uxsim_geo.export.space_time_look import Look
 from uxsim_geo.files import replace_when_complete
 
@@ -39,7 +40,7 @@ def write_page(path: Path, scene: dict[str, Any], look: Look) -> None:
     places, packed = _packed(_arrays(scene))
     texts = json.dumps(_texts(scene, look) | {"arrays": places}, ensure_ascii=False)
     parts = {
-        "title": html.escape(look.title),
+        "title": html.escape(str(scene["title"])),
         # a name must not end the script that holds it
         "texts": texts.replace("<", "\\u003c"),
         "arrays": packed,
@@ -92,6 +93,7 @@ def _texts(scene: dict[str, Any], look: Look) -> dict[str, Any]:
         "height": float(scene["height"]),
         "subtitle": str(scene["subtitle"]),
         "scale_title": str(scene["scale_title"]),
+        "first": best_side(scene, look),
         "boxes": len(scene["ribbons.faces"]) // 6,
         "marks": _rounded(scene["marks.points"]),
         "feet": _rounded(scene["feet"]),

@@ -18,7 +18,7 @@ marks.points, marks.texts
 title, notes, subtitle, scale_title, scale_labels, scale_rgb
     texts, and the colour bar
 plane, plane_text
-    height of the time plane, and what the clock shows then
+    height of the time plane, and what is said of it
 names, links.speed, links.density, links.queue, links.free
     of links with walls: names; km/h, veh/km per lane and m of queue in every bin; km/h
 walls.link, walls.first, walls.last
@@ -74,7 +74,7 @@ def space_time_scene(
     pieces = Pieces.of(frame, choice.links)
     ribbons, queues = walls_of(network, choice, scale, look)
     return {
-        "title": look.title,
+        "title": f"{look.title}: slow links in space and time",
         **place_parts(network, choice, frame, look),
         "subtitle": _subtitle(network, choice, look),
         "scale_title": scale.title,
@@ -94,7 +94,7 @@ def space_time_scene(
         "height": frame.height,
         "duration": frame.duration,
         "plane": frame.upwards(_plane_time(choice, look)),
-        "plane_text": look.clock(_plane_time(choice, look)),
+        "plane_text": f"plane: {look.clock(_plane_time(choice, look))}",
     }
 
 
@@ -210,7 +210,7 @@ def _subtitle(network: Network, choice: Choice, look: Look) -> str:
     share = f", {drawn / whole:.0%} of all delay" if count < slow and whole > 0 else ""
     return (
         f"{links:,} links, {slow:,} of them slow at some time; walls: {which}{share}. "
-        f"Time lost in all: {in_words(whole)}; most vehicles queue at "
+        f"Time lost on all links: {in_words(whole)}; most vehicles queue at "
         f"{look.clock(choice.worst_time)}\nwall, by {bin_s / 60:g} min: {'; '.join(said)}. "
         "On the ground: the worst state of the same links; grey: all others"
     )

@@ -43,7 +43,7 @@ def surface_scene(network: Network, states: pd.DataFrame, look: Look) -> dict[st
     heights = frame.height * terrain / top
     marks = [(frame.height * k / steps, label) for k, label in enumerate(scale.labels())]
     return {
-        "title": look.title,
+        "title": f"{look.title}: where time is lost",
         **place_parts(network, choice, frame, look),
         "subtitle": f"Time lost over the whole run, {unit}, as height and colour: "
         f"{in_words(float(delay.sum()))} in all",

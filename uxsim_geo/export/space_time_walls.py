@@ -69,7 +69,8 @@ class Pieces:
         lines = type(frame.plane)(
             frame.plane.lines[links], frame.plane.points, frame.plane.metres_per_unit
         ).to_the_right(aside)
-        lines = shapely.simplify(lines, SMOOTHED * frame.side, preserve_topology=False)
+        smooth = shapely.simplify(lines, SMOOTHED * frame.side, preserve_topology=False)
+        lines = np.where(shapely.is_empty(smooth), lines, smooth)  # of a line without length
         flat = LinkLines.of(lines)
         points = frame.on_ground(np.stack([flat.x, flat.y], axis=1))
         starts = np.ones(len(points), bool)
