@@ -13,7 +13,7 @@ Form = Literal["png", "html", "orbit", "sweep", "surface", "vtp", "vtkhdf"]
 Part = Literal["ribbons", "queues", "trajectories", "time_plane"]
 Camera = Literal["auto", "south", "east", "north", "west", "above"]
 
-Pixels = Annotated[int, Field(ge=400, le=8000)]
+Pixels = Annotated[int, Field(ge=600, le=4000)]
 
 
 class SpaceTimeSection(Section):

@@ -91,7 +91,7 @@ def test_names_stay_text(tmp_path: Path) -> None:
     assert page.count("</script>") == 3
     assert "<b onload" not in page
     texts = texts_of(page)
-    assert texts["names"] == [NASTY]
+    assert texts["names"] == [f"{NASTY}, link link 0"]
     assert texts["notes"][1].startswith(f"1  {NASTY}: ")
 
 
@@ -143,7 +143,8 @@ def test_the_page_draws_offline_and_its_slider_keys_and_hints_work(tmp_path: Pat
   const zoomed = scene.distance < near;
   document.querySelector("#cameras button").click();
   let hint = "";
-  for (let y = 100; y < 700 && !hint; y += 2) for (let x = 900; x > 300 && !hint; x -= 2) {
+  const { clientWidth: w, clientHeight: h } = scene.canvas;
+  for (let y = 0; y < h && !hint; y += 2) for (let x = w - 1; x > 0 && !hint; x -= 2) {
     const wall = scene.wallAt(x, y); if (wall) hint = scene.describe(wall); }
   scene.draw();
   const listed = document.querySelectorAll("#notes li").length;

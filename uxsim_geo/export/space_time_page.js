@@ -153,7 +153,7 @@ class Scene {
     this.walls = [quads(gl, arrays, "ribbons", 0), quads(gl, arrays, "queues", TEXTS.boxes)];
     this.ways = lines(gl, arrays, "trajectories", 120);
     const poles = TEXTS.marks.map((p) => [[p[0], p[1], 0], p]);
-    this.still = [segments(gl, TEXTS.feet, [90, 90, 90, 70]), segments(gl, poles, [60, 60, 60, 255])];
+    this.still = [segments(gl, TEXTS.feet, [120, 120, 120, 90]), segments(gl, poles, [120, 120, 120, 255])];
     this.sides = TEXTS.axes.map((axis) => segments(gl, axis.side, [154, 160, 171, 200]));
     this.axes = TEXTS.axes.map((axis) => segments(gl, axis.segments, [128, 128, 128, 255]));
     this.target = gl.createFramebuffer();
@@ -388,7 +388,10 @@ function addPointer(scene) {
   };
   const zoom = (factor) => { scene.distance = Math.min(8, Math.max(0.1, scene.distance * factor)); };
   canvas.onpointerdown = (e) => { held.set(e.pointerId, e); canvas.setPointerCapture(e.pointerId); };
-  canvas.onpointerup = canvas.onpointercancel = (e) => held.delete(e.pointerId);
+  canvas.onpointerup = canvas.onpointercancel = (e) => {
+    held.delete(e.pointerId);
+    if (e.pointerType === "touch" && tip.style.display === "none") hint(e);
+  };
   canvas.onpointermove = (e) => {
     clearTimeout(waiting);
     tip.style.display = "none";

@@ -133,6 +133,7 @@ class Stage:
         mesh = self._mesh(name)
         if mesh is None:
             return None
+        look["line_width"] *= self.fine
         return self.plotter.add_mesh(mesh, scalars="rgb", rgb=True, lighting=False, **look)
 
     def _add_boxes(self, name: str) -> Any:
@@ -140,7 +141,8 @@ class Stage:
         if mesh is None:
             return None
         shade = {"ambient": 0.62, "diffuse": 0.5, "specular": 0.0}
-        edges = {"show_edges": True, "edge_color": DARK, "edge_opacity": 0.25, "line_width": 0.5}
+        edges = {"show_edges": True, "edge_color": DARK, "edge_opacity": 0.25}
+        edges["line_width"] = 0.5 * self.fine
         return self.plotter.add_mesh(mesh, scalars="rgb", rgb=True, **shade, **edges)
 
     def _add_segments(self, segments: Any, **look: Any) -> Any:
@@ -152,6 +154,7 @@ class Stage:
         rows = np.arange(2 * len(segments)).reshape(-1, 2)
         lines = np.column_stack([np.full(len(segments), 2), rows])
         mesh = pv.PolyData(segments.reshape(-1, 3), lines=lines.ravel())
+        look["line_width"] *= self.fine
         return self.plotter.add_mesh(mesh, lighting=False, **look)
 
     def _add_axes(self, number: int) -> list[Any]:

@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.types import Floats
+from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time_bins import coarser
 from uxsim_geo.export.space_time_choice import Choice
@@ -131,12 +131,23 @@ def _told(network: Network, choice: Choice) -> dict[str, Any]:
     free = network.links["free_speed"].to_numpy(float)[links] * KMH
     return {
         "edges": np.append(choice.grid.begin, choice.grid.end[-1]),
-        "names": street_names(network)[links].astype(str),
+        "names": _full_names(network, links),
         "links.free": free,
         "links.speed": choice.grid.values("speed")[links] * KMH,
         "links.density": choice.density[links],
         "links.queue": choice.grid.values("queue_length")[links],
     }
+
+
+def _full_names(network: Network, links: Integers) -> Any:
+    """Streets with the ids of their links, which go by those alone where they have no name."""
+    names = street_names(network)[links]
+    ids = network.links["link_id"].astype(str).to_numpy(object)[links]
+    told = (
+        name if name == f"link {id_}" else f"{name}, link {id_}"
+        for name, id_ in zip(names, ids, strict=True)
+    )
+    return np.array(list(told), dtype=str)
 
 
 def _walls_told(
