@@ -16,7 +16,7 @@ from uxsim_geo.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from uxsim_geo.analysis.types import Floats
-    from uxsim_geo.export.space_time_look import Look
+    from uxsim_geo.export.space_time.look import Look
 
 NAME = "space_time"
 
@@ -39,7 +39,7 @@ class SpaceTime:
     @cached_property
     def look(self) -> Look:
         """How everything looks."""
-        from uxsim_geo.export.space_time_look import Look
+        from uxsim_geo.export.space_time.look import Look
 
         wishes, report = self.wishes, self.material.config.report
         return Look(
@@ -56,7 +56,7 @@ class SpaceTime:
     @cached_property
     def ways(self) -> list[Floats]:
         """Of a sample of vehicles, if they are asked for."""
-        from uxsim_geo.export.space_time_ways import sampled_ways
+        from uxsim_geo.export.space_time.ways import sampled_ways
 
         if "trajectories" not in self.wishes.show:
             return []
@@ -66,7 +66,7 @@ class SpaceTime:
     @cached_property
     def scene(self) -> dict[str, Any]:
         """What is drawn."""
-        from uxsim_geo.export.space_time_scene import space_time_scene
+        from uxsim_geo.export.space_time.scene import space_time_scene
 
         return space_time_scene(self.material.network, self.material.states, self.look, self.ways)
 
@@ -106,21 +106,21 @@ def _told(start: datetime) -> datetime | None:
 
 
 def _write_still(run: SpaceTime, camera: Any, path: Path) -> None:
-    from uxsim_geo.export.space_time import write_still
+    from uxsim_geo.export.space_time.drawing import write_still
 
     write_still(path, run.scene, run.look, camera)
 
 
 def _write_surface(run: SpaceTime, path: Path) -> None:
-    from uxsim_geo.export.space_time import write_still
-    from uxsim_geo.export.space_time_surface import surface_scene
+    from uxsim_geo.export.space_time.drawing import write_still
+    from uxsim_geo.export.space_time.surface import surface_scene
 
     scene = surface_scene(run.material.network, run.material.states, run.look)
     write_still(path, scene, replace(run.look, show=()), run.wishes.cameras[0])
 
 
 def _write_film(run: SpaceTime, motion: Literal["orbit", "sweep"], path: Path) -> None:
-    from uxsim_geo.export.space_time import write_film
+    from uxsim_geo.export.space_time.drawing import write_film
 
     across, up = run.look.size
     look = replace(run.look, size=(across * 3 // 4, up * 3 // 4))
@@ -137,12 +137,12 @@ def _write_film(run: SpaceTime, motion: Literal["orbit", "sweep"], path: Path) -
 
 
 def _write_page(run: SpaceTime, path: Path) -> None:
-    from uxsim_geo.export.space_time_page import write_page
+    from uxsim_geo.export.space_time.page import write_page
 
     write_page(path, run.scene, run.look)
 
 
 def _write_vtk(run: SpaceTime, path: Path) -> None:
-    from uxsim_geo.export.space_time_vtk import write_vtk
+    from uxsim_geo.export.space_time.vtk import write_vtk
 
     write_vtk(path, run.material.network, run.material.states, run.ways)

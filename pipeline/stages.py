@@ -44,7 +44,7 @@ DISTRIBUTIONS = (
 )
 
 #: ends of the names of files that the program consists of
-SOURCES = (".py", ".csv", ".jinja")
+SOURCES = (".py", ".csv", ".jinja", ".js", ".toml")
 
 
 @dataclass(frozen=True)

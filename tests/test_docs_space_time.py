@@ -13,7 +13,7 @@ from newell_link import events_of, result_of, trips_of
 from test_export_space_time_files import needs_opengl
 
 from pipeline.space_time_config import SpaceTimeSection
-from uxsim_geo.export.space_time_vtk import write_vtk
+from uxsim_geo.export.space_time.vtk import write_vtk
 from uxsim_geo.settings import Settings
 
 PAGE = (REPOSITORY / "docs/space_time.md").read_text(encoding="utf-8")

@@ -16,22 +16,22 @@ from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
-from uxsim_geo.export import space_time_camera as cameras
-from uxsim_geo.export import space_time_choice as choices
-from uxsim_geo.export import space_time_frame as frames
-from uxsim_geo.export import space_time_walls as walls
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.space_time_bins import coarser
-from uxsim_geo.export.space_time_choice import Choice
-from uxsim_geo.export.space_time_frame import Frame, ticks
-from uxsim_geo.export.space_time_framing import best_side
-from uxsim_geo.export.space_time_look import Look
-from uxsim_geo.export.space_time_places import places
-from uxsim_geo.export.space_time_scale import round_above
-from uxsim_geo.export.space_time_scene import space_time_scene
-from uxsim_geo.export.space_time_surface import surface_scene
-from uxsim_geo.export.space_time_ways import sampled_ways
+from uxsim_geo.export.space_time import camera as cameras
+from uxsim_geo.export.space_time import choice as choices
+from uxsim_geo.export.space_time import frame as frames
+from uxsim_geo.export.space_time import walls as walls
+from uxsim_geo.export.space_time.bins import coarser
+from uxsim_geo.export.space_time.choice import Choice
+from uxsim_geo.export.space_time.frame import Frame, ticks
+from uxsim_geo.export.space_time.framing import best_side
+from uxsim_geo.export.space_time.look import Look
+from uxsim_geo.export.space_time.places import places
+from uxsim_geo.export.space_time.scale import round_above
+from uxsim_geo.export.space_time.scene import space_time_scene
+from uxsim_geo.export.space_time.surface import surface_scene
+from uxsim_geo.export.space_time.ways import sampled_ways
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 

@@ -13,13 +13,13 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
 from uxsim_geo.errors import InputError
-from uxsim_geo.export import space_time, space_time_vtk
 from uxsim_geo.export.colours import SPEED_CLASSES
-from uxsim_geo.export.space_time import RenderError, write_film, write_still
-from uxsim_geo.export.space_time_look import Look
-from uxsim_geo.export.space_time_scene import space_time_scene
-from uxsim_geo.export.space_time_surface import surface_scene
-from uxsim_geo.export.space_time_vtk import RIBBON, ROAD, WAY, write_vtk
+from uxsim_geo.export.space_time import drawing, vtk
+from uxsim_geo.export.space_time.drawing import RenderError, write_film, write_still
+from uxsim_geo.export.space_time.look import Look
+from uxsim_geo.export.space_time.scene import space_time_scene
+from uxsim_geo.export.space_time.surface import surface_scene
+from uxsim_geo.export.space_time.vtk import RIBBON, ROAD, WAY, write_vtk
 
 OFF_SCREEN = find_library("EGL") is not None or find_library("OSMesa") is not None
 needs_opengl = pytest.mark.skipif(
@@ -75,8 +75,8 @@ def test_walls_grow_with_the_time_of_a_sweep_and_an_orbit_turns(
         shown[motion] = [picture[: int(0.8 * 600)] for picture in pictures]
         path.write_bytes(b"film")
 
-    monkeypatch.setattr(space_time, "write_mp4", keep)
-    monkeypatch.setattr(space_time, "check_film", lambda *_: None)
+    monkeypatch.setattr(drawing, "write_mp4", keep)
+    monkeypatch.setattr(drawing, "check_film", lambda *_: None)
     for motion in ("sweep", "orbit"):
         done: list[float] = []
         target = tmp_path / f"{motion}.mp4"
@@ -134,7 +134,7 @@ def test_death_before_the_first_picture_of_a_film_says_the_same(tmp_path: Path) 
 def test_an_error_in_the_drawing_process_is_passed_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(space_time, "RENDERER", tmp_path / "gone.py")
+    monkeypatch.setattr(drawing, "RENDERER", tmp_path / "gone.py")
     with pytest.raises(RenderError, match=r"gone\.py"):
         write_still(tmp_path / "a.png", small_scene(), SMALL)
     assert list(tmp_path.iterdir()) == []
@@ -189,7 +189,7 @@ def test_too_many_ribbons_and_other_endings_are_refused(
     states = states_with_a_queue(network)
     with pytest.raises(InputError, match=r"\.vtp or \.vtkhdf"):
         write_vtk(tmp_path / "a.glb", network, states)
-    monkeypatch.setattr(space_time_vtk, "MOST_QUADS", 2)
+    monkeypatch.setattr(vtk, "MOST_QUADS", 2)
     with pytest.raises(InputError, match="3 ribbons for ParaView, of at most 2: take longer time"):
         write_vtk(tmp_path / "a.vtp", network, states)
     assert list(tmp_path.iterdir()) == []

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from mapped_network import states_with_a_queue, two_way_road
 
-from uxsim_geo.export.space_time_look import Look
-from uxsim_geo.export.space_time_page import UNIT, write_page
-from uxsim_geo.export.space_time_scene import space_time_scene
+from uxsim_geo.export.space_time.look import Look
+from uxsim_geo.export.space_time.page import UNIT, write_page
+from uxsim_geo.export.space_time.scene import space_time_scene
 from uxsim_geo.network.network import Network
 
 BROWSER = next(

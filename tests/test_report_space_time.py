@@ -11,8 +11,8 @@ from small_run import CONFIG, run_small, write_small_run
 from pipeline.config_file import load_config
 from pipeline.space_time_config import Camera, Form, Part
 from uxsim_geo.errors import InputError
-from uxsim_geo.export import space_time, space_time_look
-from uxsim_geo.export.space_time_camera import DIRECTIONS
+from uxsim_geo.export.space_time import drawing, look
+from uxsim_geo.export.space_time.camera import DIRECTIONS
 
 SLOW = "slow links in space and time"
 SECTION = CONFIG.replace("[geopackage]", "[space_time]") + "  space_time: {{{}}}\n"
@@ -20,8 +20,8 @@ SECTION = CONFIG.replace("[geopackage]", "[space_time]") + "  space_time: {{{}}}
 
 def test_the_configuration_knows_what_the_export_does() -> None:
     assert typing.get_args(Camera) == ("auto", *DIRECTIONS)
-    assert typing.get_args(Camera) == typing.get_args(space_time_look.Camera)
-    assert typing.get_args(Part) == typing.get_args(space_time_look.Part)
+    assert typing.get_args(Camera) == typing.get_args(look.Camera)
+    assert typing.get_args(Part) == typing.get_args(look.Part)
 
 
 def test_every_form_is_written_under_its_name(
@@ -29,17 +29,17 @@ def test_every_form_is_written_under_its_name(
 ) -> None:
     drawn = {}
 
-    def still(path: Path, scene: dict, look: space_time_look.Look, camera: str) -> None:
-        drawn[path.name] = (camera, look.size, look.colour, "trajectories.lines" in scene)
+    def still(path: Path, scene: dict, shown: look.Look, camera: str) -> None:
+        drawn[path.name] = (camera, shown.size, shown.colour, "trajectories.lines" in scene)
         path.write_bytes(b"picture")
 
-    def film(path: Path, scene: dict, look: space_time_look.Look, **how: typing.Any) -> None:
-        drawn[path.name] = (how["motion"], how["pictures"], look.size, str(scene["title"]))
+    def film(path: Path, scene: dict, shown: look.Look, **how: typing.Any) -> None:
+        drawn[path.name] = (how["motion"], how["pictures"], shown.size, str(scene["title"]))
         how["progress"](1.0)
         path.write_bytes(b"film")
 
-    monkeypatch.setattr(space_time, "write_still", still)
-    monkeypatch.setattr(space_time, "write_film", film)
+    monkeypatch.setattr(drawing, "write_still", still)
+    monkeypatch.setattr(drawing, "write_film", film)
     forms = ", ".join(typing.get_args(Form))
     wishes = (
         f"forms: [{forms}], cameras: [north, above], colour: density, pictures: 9, "

@@ -229,12 +229,12 @@ def test_a_killed_run_is_never_believed(done: Path, monkeypatch: pytest.MonkeyPa
 def test_a_picture_that_cannot_be_drawn_is_a_problem_and_the_rest_is_written(
     done: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from uxsim_geo.export import space_time
+    from uxsim_geo.export.space_time import drawing
 
     def fail(*_: object) -> None:
-        raise space_time.RenderError("no library to draw with")
+        raise drawing.RenderError("no library to draw with")
 
-    monkeypatch.setattr(space_time, "write_still", fail)
+    monkeypatch.setattr(drawing, "write_still", fail)
     config = load_config(done / "small.yaml", ["report.outputs=[space_time, geopackage]"])
     run = Run(config, RunFolder(done / "run"), Listener(), ["test"], STAGES)
     assert run.execute("report") == ["space_time.png could not be written: no library to draw with"]

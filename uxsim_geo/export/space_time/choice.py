@@ -15,7 +15,7 @@ import pandas as pd
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.space_time_look import Look
+from uxsim_geo.export.space_time.look import Look
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import PER_KM
 

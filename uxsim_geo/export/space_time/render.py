@@ -1,10 +1,10 @@
 """Draws 3D pictures; run as a program of its own, because a machine without OpenGL kills it.
 
-    python space_time_render.py SCENE.npz PICTURE.png      the first view, as a file
-    python space_time_render.py SCENE.npz -                all views, as RGB bytes to the output
+    python render.py SCENE.npz PICTURE.png      the first view, as a file
+    python render.py SCENE.npz -                all views, as RGB bytes to the output
 
 It knows nothing of traffic: SCENE holds arrays and texts made by
-:mod:`uxsim_geo.export.space_time_scene`, which also says what they mean, and beside them
+:mod:`uxsim_geo.export.space_time.scene`, which also says what they mean, and beside them
 
 views.position, views.focus, views.up, views.corner
     cameras, (n, 3) each, and the number of the map's corner that is seen at the left

@@ -9,7 +9,7 @@ import numpy as np
 
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.space_time_look import Look
+from uxsim_geo.export.space_time.look import Look
 
 HEIGHT = 0.45  # of the time axis at most, as a part of the map's larger side
 LEAST_HEIGHT = 0.25  # of it on a narrow map, where it would tower

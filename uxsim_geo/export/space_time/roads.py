@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from uxsim_geo.analysis.types import Floats, Integers
-from uxsim_geo.export.space_time_frame import Frame
-from uxsim_geo.export.space_time_walls import SMOOTHED
+from uxsim_geo.export.space_time.frame import Frame
+from uxsim_geo.export.space_time.walls import SMOOTHED
 from uxsim_geo.network.network import Network
 
 MAJOR = ("motorway", "trunk", "primary", "secondary")

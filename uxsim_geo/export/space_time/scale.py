@@ -8,8 +8,8 @@ import numpy as np
 
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.colours import SPEED_CLASSES
-from uxsim_geo.export.space_time_choice import Choice
-from uxsim_geo.export.space_time_look import Look
+from uxsim_geo.export.space_time.choice import Choice
+from uxsim_geo.export.space_time.look import Look
 
 #: of densities, from few vehicles to a jam: as matplotlib's inferno backwards, without its ends
 DENSITIES = ("#fbb61a", "#ed6925", "#bc3754", "#781c6d", "#320a5e")

@@ -20,12 +20,12 @@ import numpy as np
 from uxsim_geo.export.film import Progress, check_film
 from uxsim_geo.export.gif import Picture
 from uxsim_geo.export.mp4 import write_mp4
-from uxsim_geo.export.space_time_camera import VIEW_ANGLE, View, left_corner, towards
-from uxsim_geo.export.space_time_framing import direction_of, view_of
-from uxsim_geo.export.space_time_look import Camera, Look
+from uxsim_geo.export.space_time.camera import VIEW_ANGLE, View, left_corner, towards
+from uxsim_geo.export.space_time.framing import direction_of, view_of
+from uxsim_geo.export.space_time.look import Camera, Look
 from uxsim_geo.files import replace_when_complete
 
-RENDERER = Path(__file__).with_name("space_time_render.py")
+RENDERER = Path(__file__).with_name("render.py")
 TIME_LIMIT = 300.0  # s; the largest scene takes a few, the first picture on a machine some 20
 
 Motion = Literal["orbit", "sweep"]
@@ -48,7 +48,7 @@ class Shot:
 def write_still(path: Path, scene: dict[str, Any], look: Look, camera: Camera = "auto") -> None:
     """Draw a scene from one side as a PNG.
 
-    ``scene`` comes from :func:`uxsim_geo.export.space_time_scene.space_time_scene`. Raises
+    ``scene`` comes from :func:`uxsim_geo.export.space_time.scene.space_time_scene`. Raises
     :class:`RenderError` if the drawing process dies.
     """
     one = view_of(scene, look, direction_of(scene, look, camera))

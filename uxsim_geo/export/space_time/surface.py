@@ -10,13 +10,13 @@ import pandas as pd
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.space_time_bins import coarser
-from uxsim_geo.export.space_time_choice import Choice
-from uxsim_geo.export.space_time_frame import Frame, axes
-from uxsim_geo.export.space_time_look import Look
-from uxsim_geo.export.space_time_map import empty_parts, lines_mesh, road_meshes
-from uxsim_geo.export.space_time_places import in_words, place_parts
-from uxsim_geo.export.space_time_scale import DENSITIES, Scale, round_above
+from uxsim_geo.export.space_time.bins import coarser
+from uxsim_geo.export.space_time.choice import Choice
+from uxsim_geo.export.space_time.frame import Frame, axes
+from uxsim_geo.export.space_time.look import Look
+from uxsim_geo.export.space_time.places import in_words, place_parts
+from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
+from uxsim_geo.export.space_time.scale import DENSITIES, Scale, round_above
 from uxsim_geo.network.network import Network
 
 CELLS = 160  # along the larger side of the map
@@ -25,7 +25,7 @@ CLASSES = ("#f3f1ec", *DENSITIES)
 
 
 def surface_scene(network: Network, states: pd.DataFrame, look: Look) -> dict[str, Any]:
-    """Make a scene, as :mod:`uxsim_geo.export.space_time_scene` describes it, of lost time.
+    """Make a scene, as :mod:`uxsim_geo.export.space_time.scene` describes it, of lost time.
 
     The height is the time lost on links over the whole run, veh·h per km², spread along the line of
     each link and smoothed. Without a CRS it is veh·h per cell of the terrain.

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from uxsim_geo.analysis.samples import numbered_from
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.types import Floats, Integers
-from uxsim_geo.export.space_time_frame import Frame
+from uxsim_geo.export.space_time.frame import Frame
 
 BESIDE = 0.003  # how far a link stands to the right of its road, as a part of the map's side
 RIBBON = 0.0011  # half the thickness of a ribbon, of that side

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.export.space_time_choice import Choice
-from uxsim_geo.export.space_time_frame import Frame
-from uxsim_geo.export.space_time_look import Look
+from uxsim_geo.export.space_time.choice import Choice
+from uxsim_geo.export.space_time.frame import Frame
+from uxsim_geo.export.space_time.look import Look
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import KMH
 

@@ -42,7 +42,7 @@ def write_vtk(
     """Write ``.vtp`` or ``.vtkhdf``, by the ending of ``path``.
 
     ``states`` as :func:`uxsim_geo.analysis.link_states.link_times` gives them, ``ways`` as
-    :func:`uxsim_geo.export.space_time_ways.sampled_ways` does. Raises
+    :func:`uxsim_geo.export.space_time.ways.sampled_ways` does. Raises
     :class:`uxsim_geo.errors.InputError` for another ending or too many ribbons, and ValueError if
     the network has no geometry.
     """

@@ -9,20 +9,18 @@ from __future__ import annotations
 
 import base64
 import gzip
-import html
 import json
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from uxsim_geo.export.space_time_framing import best_side
-from uxsim_geo.export.space_time_look import Look
+from uxsim_geo.export.space_time.framing import best_side
+from uxsim_geo.export.space_time.look import Look
 from uxsim_geo.files import replace_when_complete
 
-TEMPLATE = Path(__file__).with_name("space_time_page.html")
-SCRIPT = Path(__file__).with_name("space_time_page.js")
+TEMPLATE = "page.html.jinja"
+SCRIPT = Path(__file__).with_name("page.js")
 
 UNIT = 16_383  # whole numbers a side of the map; coordinates lie between −2 and 2 of them
 SHOWN_TIMES = 120  # of the clock beside the slider
@@ -36,18 +34,24 @@ WALLS = ("walls.link", "walls.first", "walls.last")
 
 
 def write_page(path: Path, scene: dict[str, Any], look: Look) -> None:
-    """Write a scene of :func:`uxsim_geo.export.space_time_scene.space_time_scene` as a page."""
+    """Write a scene of :func:`uxsim_geo.export.space_time.scene.space_time_scene` as a page."""
+    import jinja2
+
     places, packed = _packed(_arrays(scene))
     texts = json.dumps(_texts(scene, look) | {"arrays": places}, ensure_ascii=False)
-    parts = {
-        "title": html.escape(str(scene["title"])),
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+    )
+    page = environment.get_template(TEMPLATE).render(
+        title=str(scene["title"]),
         # a name must not end the script that holds it
-        "texts": texts.replace("<", "\\u003c"),
-        "arrays": packed,
-        "script": SCRIPT.read_text(encoding="utf-8"),
-    }
-    template = TEMPLATE.read_text(encoding="utf-8")
-    page = re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
+        texts=texts.replace("<", "\\u003c"),
+        arrays=packed,
+        script=SCRIPT.read_text(encoding="utf-8"),
+    )
     with replace_when_complete(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from uxsim_geo.analysis.types import Floats
-from uxsim_geo.export.space_time_camera import DIRECTIONS, View, left_corner, towards, view
-from uxsim_geo.export.space_time_look import Camera, Look
+from uxsim_geo.export.space_time.camera import DIRECTIONS, View, left_corner, towards, view
+from uxsim_geo.export.space_time.look import Camera, Look
 
 SIDES = ("south", "west", "east", "north")
 BETTER = 1.2  # so much more must be seen from another side than from the south, where north is up

@@ -8,7 +8,7 @@ somebody who knows nothing of traffic:
     the colour of each (m, 3), 0 to 255. Meshes: minor and major (roads), slow (roads that have
     a wall), ribbons, queues, trajectories
 axes, sides
-    as :func:`uxsim_geo.export.space_time_frame.axes` makes them
+    as :func:`uxsim_geo.export.space_time.frame.axes` makes them
 ground, corners, height, duration
     least x and y, greatest x and y of the map; its corners; height of the axis, and its time, s
 feet
@@ -36,14 +36,14 @@ import pandas as pd
 
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.space_time_bins import coarser
-from uxsim_geo.export.space_time_choice import Choice
-from uxsim_geo.export.space_time_frame import Frame, axes, time_marks
-from uxsim_geo.export.space_time_look import Look
-from uxsim_geo.export.space_time_map import empty_parts, lines_mesh, road_meshes
-from uxsim_geo.export.space_time_places import in_words, place_parts, street_names
-from uxsim_geo.export.space_time_scale import Scale
-from uxsim_geo.export.space_time_walls import (
+from uxsim_geo.export.space_time.bins import coarser
+from uxsim_geo.export.space_time.choice import Choice
+from uxsim_geo.export.space_time.frame import Frame, axes, time_marks
+from uxsim_geo.export.space_time.look import Look
+from uxsim_geo.export.space_time.places import in_words, place_parts, street_names
+from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
+from uxsim_geo.export.space_time.scale import Scale
+from uxsim_geo.export.space_time.walls import (
     QUEUE,
     RIBBON,
     Pieces,
