@@ -143,6 +143,51 @@ def test_a_link_without_length_on_the_map_has_no_wall() -> None:
     assert Choice.of(network, states, MapPlane.of(network), look).links.tolist() == [3, 0]
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_walls_are_those_of_a_plain_loop_over_links_and_bins(seed: int) -> None:
+    network, states = many_roads(6)
+    random = np.random.default_rng(seed)
+    count, bins = len(states), 2
+    states = states.assign(
+        speed=np.where(random.random(count) < 0.2, np.nan, random.uniform(0, 20, count)),
+        density=random.uniform(0, 0.05, count),
+        delay=random.uniform(0, 900, count),
+        queue_length=random.uniform(0, 1000, count) * (random.random(count) < 0.7),
+    )
+    expected_ribbons, expected_queues = [], []
+    for link in range(6):
+        before = None
+        for bin_ in range(bins):
+            row = states.iloc[link * bins + bin_]
+            slow = row["speed"] < 0.6 * 20 and row["density"] >= 0.03 * 0.2
+            number = int(row["speed"] / 20 * 5) if slow else None
+            y = 100 * link - 1000 * walls.BESIDE * 1.04
+            if slow and number == before:
+                expected_ribbons[-1][-2] = row["end_s"]
+            elif slow:
+                expected_ribbons.append([y, row["begin_s"], row["end_s"], number])
+            if slow and row["queue_length"] > 0:
+                tail = 1000 - row["queue_length"]
+                expected_queues.append([y, row["begin_s"], row["end_s"], number, tail])
+            before = number
+    scene = space_time_scene(network, states, Look())
+    side, middle = 1040.0, (500.0, 250.0)
+
+    def found(name: str) -> list[list[float]]:
+        told = []
+        for (low, high), rgb in zip(boxes(scene, name), colours(scene, name), strict=True):
+            y = (low[1] + high[1]) / 2 * side + middle[1]
+            begin, end = 200 * low[2] / scene["height"], 200 * high[2] / scene["height"]
+            tail = low[0] * side + middle[0]
+            number = [class_rgb(k) for k in range(5)].index(rgb)
+            told.append([round(y, 3), round(begin, 3), round(end, 3), number, round(tail, 3)])
+        return sorted(told)
+
+    plain = [[*row, 0.0] for row in expected_ribbons]
+    np.testing.assert_allclose(found("ribbons"), sorted(plain), atol=0.01)
+    np.testing.assert_allclose(found("queues"), sorted(expected_queues), atol=0.01)
+
+
 def test_parts_that_are_not_asked_for_are_not_there() -> None:
     network = two_way_road()
     states = states_with_a_queue(network)

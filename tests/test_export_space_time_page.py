@@ -144,7 +144,7 @@ def test_the_page_draws_offline_and_its_slider_keys_and_hints_work(tmp_path: Pat
   document.querySelector("#cameras button").click();
   let hint = "";
   const { clientWidth: w, clientHeight: h } = scene.canvas;
-  for (let y = 0; y < h && !hint; y += 2) for (let x = w - 1; x > 0 && !hint; x -= 2) {
+  for (let y = 0; y < h && !hint; y += 7) for (let x = w - 1; x > 0 && !hint; x -= 7) {
     const wall = scene.wallAt(x, y); if (wall) hint = scene.describe(wall); }
   scene.draw();
   const listed = document.querySelectorAll("#notes li").length;
