@@ -47,7 +47,7 @@ class SpaceTimeSection(Section):
         0.6, gt=0, le=1, description="share of free speed under which a link is drawn, 0 to 1"
     )
     most_links: int = Field(
-        300, ge=1, le=20_000, description="so many links at most, those that lost most time"
+        200, ge=1, le=20_000, description="so many links at most, those that lost most time"
     )
     most_trajectories: int = Field(
         300, ge=1, le=5_000, description="so many platoons at most, spread evenly over all"

@@ -275,6 +275,11 @@ def test_links_without_a_name_go_by_their_id_and_streets_count_as_one() -> None:
     found = places(network, choice)
     assert found[0].name == "Long Street"
     assert {place.name for place in found[1:]} == {"link link 2", "link link 3", "link link 5"}
+    # of a street of which one link is drawn, the time lost on all of its links is told
+    alone = Choice.of(network, states, MapPlane.of(network), Look(most_links=1))
+    (place,) = places(network, alone)
+    assert place == found[0]
+    assert place.link == 0
 
 
 def test_an_empty_network_has_a_map_and_no_walls() -> None:

@@ -92,7 +92,7 @@ def test_names_stay_text(tmp_path: Path) -> None:
     assert "<b onload" not in page
     texts = texts_of(page)
     assert texts["names"] == [f"{NASTY}, link link 0"]
-    assert texts["notes"][1].startswith(f"1  {NASTY}: ")
+    assert texts["notes"][1].startswith(f"1  {NASTY[:44]}…: ")
 
 
 def driven(path: Path, script: str) -> tuple[object, str]:
@@ -178,5 +178,5 @@ def test_names_are_text_in_the_browser_too(tmp_path: Path) -> None:
     assert isinstance(found, dict)
     assert console == ""
     assert found["heading"] == f"{NASTY}: slow links in space and time"
-    assert found["note"].startswith(NASTY)
+    assert found["note"].startswith(f"{NASTY[:44]}…: ")
     assert found["bold"] == 0

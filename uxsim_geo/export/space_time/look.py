@@ -40,7 +40,7 @@ class Look:
     colour: Colour = "speed"
     show: tuple[Part, ...] = ("ribbons", "queues")
     slower_than: float = 0.6
-    most_links: int = 300
+    most_links: int = 200
     most_trajectories: int = 300
     time: float | None = None
     size: tuple[int, int] = (1600, 1200)

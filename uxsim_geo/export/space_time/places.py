@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.analysis.types import Integers
 from uxsim_geo.export.space_time.choice import Choice
 from uxsim_geo.export.space_time.frame import Frame
 from uxsim_geo.export.space_time.look import Look
@@ -18,6 +19,7 @@ from uxsim_geo.network.units import KMH
 PLACES = 5  # streets with numbers
 POLE = 1.06  # height of the poles with numbers, as a part of that of the time axis
 HIGHER = 0.09  # of it: what a pole beside another is higher
+LONGEST = 45  # letters of a street's name
 NEAR = 0.08  # poles nearer to each other than this stand beside each other
 
 
@@ -38,28 +40,32 @@ class Place:
 
 
 def places(network: Network, choice: Choice) -> list[Place]:
-    """The streets with most lost time in slow states, of the links that are drawn."""
-    if not choice.links.size:
-        return []
-    names = street_names(network)[choice.links]
-    slow = choice.slow[choice.links]
-    lost, distance, time = (
-        np.where(slow, choice.grid.values(column)[choice.links], 0.0)
-        for column in ("delay", "distance", "time")
-    )
-    street, known = pd.factorize(names)
-    by_street = np.bincount(street, lost.sum(axis=1))
-    found = []
-    for number in np.argsort(-by_street, kind="stable")[:PLACES]:
-        own = street == number
-        bins = np.flatnonzero(slow[own].any(axis=0))
-        spent = time[own].sum(axis=0)[bins]
-        speed = KMH * float(np.min(distance[own].sum(axis=0)[bins] / spent))
-        begin, end = choice.grid.begin[bins[0]], choice.grid.end[bins[-1]]
-        worst = int(choice.links[np.flatnonzero(own)[0]])
-        told = by_street[number] / 3600, float(begin), float(end), speed
-        found.append(Place(str(known[number]), worst, *told))
+    """The streets with most lost time in slow states of all their links, of those with walls."""
+    rows = np.flatnonzero(choice.slow.any(axis=1))
+    street, known = pd.factorize(street_names(network)[rows])
+    lost = np.where(choice.slow[rows], choice.grid.values("delay")[rows], 0.0).sum(axis=1)
+    by_street = np.bincount(street, lost, minlength=len(known))
+    found: list[Place] = []
+    for number in np.argsort(-by_street, kind="stable"):
+        own = rows[street == number]
+        drawn = np.isin(choice.links, own)
+        if drawn.any() and len(found) < PLACES:
+            worst = int(choice.links[np.argmax(drawn)])
+            told = (by_street[number] / 3600, *_when_and_how_slow(choice, own))
+            found.append(Place(str(known[number]), worst, *told))
     return found
+
+
+def _when_and_how_slow(choice: Choice, links: Integers) -> tuple[float, float, float]:
+    """From when to when any of some links is slow, and the lowest speed of those together."""
+    slow = choice.slow[links]
+    bins = np.flatnonzero(slow.any(axis=0))
+    distance, time = (
+        np.where(slow, choice.grid.values(column)[links], 0.0).sum(axis=0)[bins]
+        for column in ("distance", "time")
+    )
+    speed = KMH * float(np.min(distance / time))
+    return float(choice.grid.begin[bins[0]]), float(choice.grid.end[bins[-1]]), speed
 
 
 def street_names(network: Network) -> npt.NDArray[np.object_]:
@@ -80,7 +86,7 @@ def place_parts(network: Network, choice: Choice, frame: Frame, look: Look) -> d
     """Parts of a scene: ``notes``, a line a place, and ``marks``, their numbers on poles."""
     found = places(network, choice)
     lines = [
-        f"{number}  {place.name}: {in_words(place.lost)}, "
+        f"{number}  {_cut(place.name)}: {in_words(place.lost)}, "
         f"{look.clock(place.begin)}–{look.clock(place.end)}, down to {place.speed:.0f} km/h"
         for number, place in enumerate(found, 1)
     ]
@@ -91,6 +97,11 @@ def place_parts(network: Network, choice: Choice, frame: Frame, look: Look) -> d
         "marks.points": _tops(found, frame),
         "marks.texts": np.array(texts, dtype=str),
     }
+
+
+def _cut(name: str) -> str:
+    """A name that leaves room for the colour bar beside it."""
+    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
 
 
 def _tops(found: list[Place], frame: Frame) -> Any:
