@@ -51,6 +51,12 @@ class ReadySection(Section):
         ge=0,
         description="a junction stays as it is if a way through it would change by more, m",
     )
+    ring_storage_veh: float = Field(
+        5.0,
+        ge=0,
+        description="one-way rings of links that each hold fewer vehicles than this, which could "
+        "lock, become direct links; 0: they stay",
+    )
     u_turns: Literal["nowhere", "signals", "junctions"] = Field(
         "signals", description="where turning back is banned"
     )
@@ -82,6 +88,7 @@ class ReadySection(Section):
             short_piece=self.short_piece_m,
             merge_junctions=self.merge_junctions,
             junctions=sizes,
+            ring_storage=self.ring_storage_veh,
             u_turns=self.u_turns,
             driving_side=driving_side,
             step=self.step_s,

@@ -45,6 +45,33 @@ def test_larger_roads_go_first_where_links_meet() -> None:
     assert weights == sorted(set(weights), reverse=True)
 
 
+def test_a_carriageway_of_a_wide_road_has_more_lanes_than_one_direction_of_a_narrow_one(
+    tmp_path: Path,
+) -> None:
+    defaults = read_defaults(OsmOptions())
+    assert defaults.lanes("default", "secondary") == 1
+    assert defaults.lanes("default", "secondary", oneway=True) == 2
+    assert defaults.lanes("default", "residential", oneway=True) == 1
+    assert defaults.lanes("BR", "primary", oneway=True) == 3
+    own = tmp_path / "own.csv"
+    own.write_text("country,road_class,lanes\ndefault,secondary,4\n", encoding="utf-8")
+    more = read_defaults(OsmOptions(class_table=own))
+    assert more.lanes("default", "secondary", oneway=True) == 4  # at least those of a direction
+
+
+def test_roundabouts_are_no_carriageways(tmp_path: Path) -> None:
+    network = read(
+        tmp_path,
+        *(node(number, float(number), float(number % 2)) for number in (1, 2, 3, 4)),
+        way(10, [1, 2], {"highway": "secondary", "oneway": "yes"}),
+        way(11, [2, 3, 4, 2], {"highway": "secondary", "junction": "roundabout"}),
+        way(12, [3, 1], {"highway": "secondary"}),
+    )
+    lanes = network.links.groupby("source_id")["lanes"].unique()
+    assert [list(lanes[number]) for number in ("10", "11", "12")] == [[2], [1], [1]]
+    assert set(network.links["lanes_source"]) == {"assumed"}
+
+
 def test_own_rows_go_before_the_shipped_ones_cell_by_cell(tmp_path: Path) -> None:
     options = own_classes(tmp_path, "default,residential,20 mph,2,\nDE,motorway,,4,\n")
     defaults = read_defaults(options)

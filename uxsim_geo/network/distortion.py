@@ -73,14 +73,17 @@ class Change:
 
 
 def sample_nodes(before: Network, after: Network, ways: int, seed: int) -> Sample:
-    """Draw origins for so many ways among the nodes of both networks that are no merged ones.
+    """Draw origins for so many ways among the nodes of both networks that are whole junctions.
+
+    Neither merged ones, nor those of a ring that was opened: nobody goes on along the ring there.
 
     From at least :data:`FEWEST` of them all nodes are looked at, from :data:`NEAR_ORIGINS` those
     around.
     """
     ids = after.nodes["node_id"]
-    if "merged_node_ids" in after.nodes:
-        ids = ids[after.nodes["merged_node_ids"].isna()]
+    for column in ("merged_node_ids", "tight_ring"):
+        if column in after.nodes:
+            ids = ids[after.nodes.loc[ids.index, column].isna()]
     ids = ids[np.asarray(pd.Index(before.nodes["node_id"]).get_indexer(pd.Index(ids))) >= 0]
     names = ids.iloc[np.argsort(rank_of(ids))]
     far = max(FEWEST, ways // max(len(names), 1))

@@ -51,7 +51,7 @@ def join_links(
         return network
     turns = turns_of(network, ends)
     straight = straight_of(network, ends, turns)
-    kind = _kind_of_each(network.links, kinds)
+    kind = kind_of_each(network.links, kinds)
     length = numbers(network.links["length"])
     roads = Roads(straight, ends, kind, length, rank_of(network.nodes["node_id"]))
     joined = nodes_to_join(roads, short_piece)
@@ -59,7 +59,7 @@ def join_links(
         notes.add("links joined", "no node of degree two to join links at", value=0)
         return network
     groups = Groups.of(*places_in_chains(np.where(joined[ends.start], straight.previous, -1)))
-    links = _links(network.links, groups, kind)
+    links = links_of_chains(network.links, groups, kind, set(network.links["link_id"]))
     movements, dropped = movements_of_joined(network, joined, groups.of_link, links["link_id"])
     ends_at = dict(zip(links["link_id"], links["to_node_id"], strict=True))
     movements["node_id"] = movements["from_link_id"].map(ends_at).astype("str")
@@ -71,7 +71,7 @@ def join_links(
     return Network(nodes, links, movements, network.notes)
 
 
-def _kind_of_each(links: pd.DataFrame, kinds: tuple[str, ...]) -> Rows:
+def kind_of_each(links: pd.DataFrame, kinds: tuple[str, ...] = KINDS) -> Rows:
     """A number for each link, the same where all of ``kinds`` are; (links,)."""
     number = np.zeros(len(links), dtype=np.int64)
     for column in kinds:
@@ -82,24 +82,26 @@ def _kind_of_each(links: pd.DataFrame, kinds: tuple[str, ...]) -> Rows:
     return np.asarray(number, dtype=np.int64)
 
 
-def _links(table: pd.DataFrame, groups: Groups, kind: Rows) -> pd.DataFrame:
-    """The table with one row a chain, where its first piece stood."""
+def links_of_chains(
+    table: pd.DataFrame, groups: Groups, kind: Rows, taken: set[str]
+) -> pd.DataFrame:
+    """The table with one row a chain, where its first piece stood; ``taken``: ids of others."""
     several = groups.size > 1
     links = table.iloc[groups.first].reset_index(drop=True)
     columns = joined_columns(table, groups, kind)
     for name, values in columns.items():
         links[name] = values
-    links["link_id"] = _ids(table["link_id"], groups)
+    links["link_id"] = _ids(table["link_id"], groups, taken)
     links["to_node_id"] = table["to_node_id"].iloc[groups.last].to_numpy()
     links["length"], links["free_speed"] = _lengths_and_speeds(table, groups)
     if "geometry" in table and several.any():
         shapes = np.array(links["geometry"], dtype=object)
         shapes[several] = _lines(table, groups, several)
         links["geometry"] = shapes
-    return _located(links, table)
+    return located(links, table)
 
 
-def _located(links: pd.DataFrame, like: pd.DataFrame) -> pd.DataFrame:
+def located(links: pd.DataFrame, like: pd.DataFrame) -> pd.DataFrame:
     """The links as a GeoDataFrame if the table was one."""
     crs = getattr(like, "crs", None)
     if crs is None or "geometry" not in links:
@@ -110,9 +112,9 @@ def _located(links: pd.DataFrame, like: pd.DataFrame) -> pd.DataFrame:
     return located
 
 
-def _ids(ids: pd.Series, groups: Groups) -> pd.Series:
+def _ids(ids: pd.Series, groups: Groups, taken: set[str]) -> pd.Series:
     """The first piece's id, with the number of pieces joined to it."""
-    known = set(ids)
+    known = set(taken)
     found = ids.iloc[groups.first].tolist()
     for row in np.flatnonzero(groups.size > 1).tolist():
         name = f"{found[row]}+{groups.size[row] - 1}"

@@ -1,12 +1,13 @@
 """What is assumed where a file is silent: tables by country and road class, or by zone.
 
 ``osm_road_classes.csv``: country, road_class, speed (as the tag maxspeed writes it: ``50``,
-``30 mph``), lanes (of one direction), merge_priority (weight where links meet).
+``30 mph``), lanes (of one direction), lanes_oneway (of a one-way road, where those are more: as of
+the carriageways of a wide road), merge_priority (weight where links meet).
 ``osm_zone_speeds.csv``: country, zone, speed: what the law makes of ``DE:urban`` and the like.
 
 Rows of ``default`` hold where a country has no row or an empty cell; one with a region
-(``BE-VLG``) falls back to its country first. A table of one's own has the same columns; its
-rows take precedence over those shipped, cell by cell.
+(``BE-VLG``) falls back to its country first. A table of one's own has the same columns, or some
+of them beside the first two; its rows take precedence over those shipped, cell by cell.
 
 Speeds of zones are those of the law for cars, after the page "Default speed limits" of the
 OpenStreetMap wiki and newer laws; docs/networks.md names the sources and what is convention.
@@ -25,7 +26,7 @@ from uxsim_geo.network.osm_options import ROAD_CLASSES, OsmOptions
 from uxsim_geo.network.osm_speeds import FASTEST, SLOWEST, parse_numbers
 from uxsim_geo.network.text import read_lines
 
-CLASS_COLUMNS = ("country", "road_class", "speed", "lanes", "merge_priority")
+CLASS_COLUMNS = ("country", "road_class", "speed", "lanes", "lanes_oneway", "merge_priority")
 ZONE_COLUMNS = ("country", "zone", "speed")
 
 SHIPPED_CLASSES = Path(__file__).with_name("osm_road_classes.csv")
@@ -48,9 +49,11 @@ class Defaults:
         """The free speed assumed, m/s."""
         return self._of_class(country, road_class, "speed")
 
-    def lanes(self, country: str, road_class: str) -> int:
+    def lanes(self, country: str, road_class: str, *, oneway: bool = False) -> int:
         """The lanes assumed in one direction."""
-        return int(self._of_class(country, road_class, "lanes"))
+        lanes = self._of_class(country, road_class, "lanes")
+        own = _look_up(self.classes, country, road_class, "lanes_oneway") if oneway else None
+        return int(lanes if own is None else max(lanes, own))
 
     def merge_priority(self, country: str, road_class: str) -> float:
         """The weight of a link of this class where links meet."""
@@ -125,22 +128,23 @@ def _read(path: Path, columns: tuple[str, ...], faults: Faults) -> Cells:
 def _rows(
     path: Path, columns: tuple[str, ...], faults: Faults
 ) -> Iterator[tuple[int, dict[str, str]]]:
-    """Rows of a CSV file with exactly these columns, and the lines they stand on."""
+    """Rows of a CSV file with the first two columns and any of the others, and their lines."""
     reader = csv.reader(read_lines(path, faults) or [], strict=True)
     try:
         header = [cell.strip() for cell in next(reader, [])]
         if faults.found:
             return
-        if sorted(header) != sorted(columns):
-            what = f"must have the columns {', '.join(columns)}, separated by commas"
+        known = set(header) <= set(columns) and len(set(header)) == len(header)
+        if not (known and set(columns[:2]) <= set(header)):
+            what = f"must have columns among {', '.join(columns)}, the first two at least"
             faults.add(what, line=1, value=",".join(header))
             return
         for row in reader:
             if not any(cell.strip() for cell in row):
                 continue
             if len(row) == len(header):
-                found = (cell.strip() for cell in row)
-                yield reader.line_num, dict(zip(header, found, strict=True))
+                found = dict(zip(header, (cell.strip() for cell in row), strict=True))
+                yield reader.line_num, dict.fromkeys(columns, "") | found
             else:
                 what = f"the row has {len(row)} values under {len(header)} names"
                 faults.add(what, line=reader.line_num, value=",".join(row))
@@ -162,8 +166,9 @@ def _number(text: str, column: str, line: int, faults: Faults) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    whole = column != "lanes" or (value % 1 == 0 and value <= 20)
+    counts = column.startswith("lanes")
+    whole = not counts or (value % 1 == 0 and value <= 20)
     if not (0 < value < math.inf and whole):
-        what = "must be a whole number from 1 to 20" if column == "lanes" else "must be above 0"
+        what = "must be a whole number from 1 to 20" if counts else "must be above 0"
         faults.add(what, line=line, column=column, value=text)
     return value

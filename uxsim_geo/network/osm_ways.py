@@ -11,7 +11,7 @@ import numpy.typing as npt
 from uxsim_geo.network.osm_access import access_of
 from uxsim_geo.network.osm_defaults import Defaults
 from uxsim_geo.network.osm_lanes import lanes_of, turn_lanes
-from uxsim_geo.network.osm_oneway import directions
+from uxsim_geo.network.osm_oneway import ROUND, directions
 from uxsim_geo.network.osm_options import OsmOptions
 from uxsim_geo.network.osm_reserved import lanes_of_cars
 from uxsim_geo.network.osm_speeds import free_speeds
@@ -96,7 +96,8 @@ def _add_directions(
     defaults, remarks = tables
     open_to = directions(tags, options.private, remarks)
     ways.open[row] = open_to.forward, open_to.backward
-    assumed = defaults.lanes(options.country, tags["highway"])
+    oneway = open_to.oneway and tags.get("junction") not in ROUND
+    assumed = defaults.lanes(options.country, tags["highway"], oneway=oneway)
     lanes = lanes_of(tags, open_to, assumed, remarks)
     lanes = lanes_of_cars(tags, open_to, lanes, options, remarks)
     speeds = free_speeds(tags, options.country, defaults, remarks)

@@ -25,6 +25,7 @@ from uxsim_geo.network.ready_options import ReadyOptions
 from uxsim_geo.network.rows import numbers
 from uxsim_geo.network.settling import merge_within
 from uxsim_geo.network.telling import Telling, silent
+from uxsim_geo.network.tight_rings import open_tight_rings
 from uxsim_geo.network.u_turns import ban_u_turns
 
 #: seed of the sample by which the result is judged
@@ -64,6 +65,7 @@ def make_ready(
         network = merge_junctions(network, options.junctions, notes)
     if options.merge_junctions and options.join:
         network = join_links(network, options.short_piece, notes)
+    network = open_tight_rings(network, options.ring_storage, notes)
     tell("turning back", 0.85)
     network = ban_u_turns(network, options.u_turns, notes)
     if options.largest_part:

@@ -27,6 +27,9 @@ class ReadyOptions:
         this (m) becomes a part of its neighbour
     merge_junctions, junctions
         make one node of junctions of several nodes; what is taken for one
+    ring_storage
+        veh; one-way rings of links that each hold fewer become direct links, see
+        :mod:`uxsim_geo.network.tight_rings`; 0: they stay
     u_turns
         where turning back is banned: ``nowhere``, at ``signals``, at all ``junctions``; at
         merged junctions it is open where a way round was there
@@ -47,6 +50,7 @@ class ReadyOptions:
     short_piece: float = 50.0
     merge_junctions: bool = True
     junctions: JunctionSizes = field(default_factory=JunctionSizes)
+    ring_storage: float = 5.0
     u_turns: Where = "signals"
     driving_side: DrivingSide = "right"
     sampled_ways: int = 500_000
@@ -54,7 +58,7 @@ class ReadyOptions:
 
     def __post_init__(self) -> None:
         faults = Faults("options of making ready")
-        for name in ("short_piece", "step"):
+        for name in ("short_piece", "step", "ring_storage"):
             if not 0 <= getattr(self, name) < math.inf:
                 what = "must be a finite number, 0 or above"
                 faults.add(what, column=name, value=getattr(self, name))

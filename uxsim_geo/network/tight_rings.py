@@ -1,0 +1,221 @@
+"""One-way rings whose links hold less than a platoon each: direct links take their place.
+
+Around the middle of a crossing of one-way carriageways that cannot be one node, links of a few
+metres lead in a ring. Once each of them is full of vehicles that want to go
+on to the next, none can move ever again: in a model of platoons a few vehicles are enough, on the
+road they would not have stopped there. So every node of the ring at which vehicles come in gets a
+direct link to every node at which they go out, along the same way: as long, and as fast. No direct
+link leads on to another, so nobody waits for one in a ring; lengths and times stay exactly as they
+were. Flows that cross within the ring no longer hinder one another, as at any single node.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pandas as pd
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, shortest_path
+
+from uxsim_geo.network.incidence import Ends, Flags, Rows, ends_of
+from uxsim_geo.network.joined_columns import Groups
+from uxsim_geo.network.joining import kind_of_each, links_of_chains, located
+from uxsim_geo.network.network import Network
+from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.place_notes import note_places
+from uxsim_geo.network.rows import numbers
+
+#: nodes of a ring; larger ones would need too many direct links
+MOST_NODES = 8
+
+#: why a ring stays as it is
+BANNED = "turns in it are banned"
+TWO_WAY = "one can turn back into a street by going round it"
+
+#: in the column restriction of bans of going from one direct link on to another
+ALONG_RING = "direct link"
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A ring: rows of its links, and of its nodes where vehicles come in and go out."""
+
+    links: Rows
+    entries: Rows
+    exits: Rows
+
+
+def open_tight_rings(network: Network, storage: float, notes: Notes) -> Network:
+    """Put direct links in the place of rings whose links hold fewer vehicles than ``storage``.
+
+    ``storage`` in veh, by length, lanes and jam density; 0: nothing is done. Rings of more than
+    :data:`MOST_NODES` nodes stay; those in which turns are banned, and those with a two-way street
+    at a node, as roundabouts have them, stay and are noted. Nodes get the column tight_ring: an id
+    that the nodes of one ring share, null of all others.
+    """
+    if not storage or not len(network.links):
+        return network
+    ends = ends_of(network)
+    found = _rings(network, ends, storage)
+    in_ban = _in_bans(network)
+    why = [_why_not(ring, ends, in_ban) for ring in found]
+    ids = network.nodes["node_id"].to_numpy()
+    for reason in (BANNED, TWO_WAY):
+        left = [ids[ring.entries[0]] for ring, one in zip(found, why, strict=True) if one == reason]
+        remark = ("tight ring left", f"its links may lock one another: {reason}")
+        note_places(notes, remark, left, element="node")
+    rings = [ring for ring, one in zip(found, why, strict=True) if one is None]
+    if not rings:
+        return network
+    remark = ("tight ring", "direct links in the place of so many; value: links gone")
+    names, sizes = [ids[ring.entries[0]] for ring in rings], [len(ring.links) for ring in rings]
+    note_places(notes, remark, names, element="node", values=sizes)
+    return _with_direct_links(network, ends, rings)
+
+
+def _rings(network: Network, ends: Ends, storage: float) -> list[Ring]:
+    """All rings of a size that can be opened, in the order of their first links."""
+    tight = _tight(network, ends, storage)
+    part = _strong_parts(ends, tight)
+    within = tight & (part[ends.start] == part[ends.end])
+    rings: list[Ring] = []
+    for one in dict.fromkeys(part[ends.start[within]].tolist()):
+        links = np.flatnonzero(within & (part[ends.start] == one))
+        nodes = np.unique(ends.start[links])
+        outer = np.ones(len(ends.start), dtype=bool)
+        outer[links] = False
+        entries = np.intersect1d(nodes, ends.end[outer])
+        exits = np.intersect1d(nodes, ends.start[outer])
+        if 3 <= len(nodes) <= MOST_NODES and len(entries) and len(exits):
+            rings.append(Ring(links, entries, exits))
+    return rings
+
+
+def _why_not(ring: Ring, ends: Ends, in_ban: Flags) -> str | None:
+    """Why a ring has to stay; None: it can be opened."""
+    if in_ban[ring.links].any():
+        return BANNED
+    outer = np.ones(len(ends.start), dtype=bool)
+    outer[ring.links] = False
+    both = np.intersect1d(ring.entries, ring.exits)
+    come = set(_pairs(ends.end, ends.start, outer & np.isin(ends.end, both)))
+    leave = set(_pairs(ends.start, ends.end, outer & np.isin(ends.start, both)))
+    return None if come.isdisjoint(leave) else TWO_WAY
+
+
+def _pairs(one: Rows, other: Rows, chosen: Flags) -> list[tuple[int, int]]:
+    return list(zip(one[chosen].tolist(), other[chosen].tolist(), strict=True))
+
+
+def _tight(network: Network, ends: Ends, storage: float) -> Flags:
+    """Links that hold fewer vehicles, of one-way pairs of nodes between which traffic may pass."""
+    links = network.links
+    room = numbers(links["length"]) * numbers(links["lanes"]) * numbers(links["jam_density"])
+    pairs = ends.start * ends.nodes + ends.end
+    one_way = ~np.isin(ends.end * ends.nodes + ends.start, pairs)
+    single = pd.Series(pairs).map(pd.Series(pairs).value_counts()).to_numpy() == 1
+    free = np.ones(ends.nodes, dtype=bool)
+    if "zone_id" in network.nodes:
+        free &= np.asarray(network.nodes["zone_id"].isna(), dtype=bool)
+    if "through_traffic" in network.nodes:
+        free &= np.asarray(network.nodes["through_traffic"], dtype=bool)
+    speeds_known = np.isfinite(numbers(links["free_speed"]))
+    at_ends = free[ends.start] & free[ends.end]
+    return np.asarray((room < storage) & one_way & single & at_ends & speeds_known)
+
+
+def _strong_parts(ends: Ends, tight: Flags) -> Rows:
+    """The strongly connected part of every node, over tight links alone."""
+    start, end = ends.start[tight], ends.end[tight]
+    graph = csr_array((np.ones(len(start)), (start, end)), shape=(ends.nodes, ends.nodes))
+    part: Rows = connected_components(graph, directed=True, connection="strong")[1]
+    return part.astype(np.int64)
+
+
+def _in_bans(network: Network) -> Flags:
+    movements = network.movements
+    named = set(movements["from_link_id"]) | set(movements["to_link_id"])
+    if "via_link_ids" in movements:
+        for via in movements["via_link_ids"].dropna():
+            named.update(via.split())
+    return np.asarray(network.links["link_id"].isin(named), dtype=bool)
+
+
+def _with_direct_links(network: Network, ends: Ends, rings: list[Ring]) -> Network:
+    """The network without the links of the rings, and with direct ones behind all others."""
+    paths = [path for ring in rings for path in _paths(network, ends, ring)]
+    gone = np.concatenate([ring.links for ring in rings])
+    kept = np.ones(len(network.links), dtype=bool)
+    kept[gone] = False
+    direct = _direct(network, paths)
+    together = pd.concat([network.links[kept], direct], ignore_index=True)
+    links = located(together[network.links.columns], network.links)
+    used = np.unique(np.concatenate([*(ring.entries for ring in rings), ends.start[kept]]))
+    used = np.union1d(used, np.concatenate([*(ring.exits for ring in rings), ends.end[kept]]))
+    nodes = network.nodes.assign(tight_ring=_ring_of_node(network, ends, rings))
+    nodes = nodes.iloc[used].reset_index(drop=True)
+    movements = pd.concat([network.movements, _bans(network, direct)], ignore_index=True)
+    return Network(nodes, links, movements, network.notes)
+
+
+def _ring_of_node(network: Network, ends: Ends, rings: list[Ring]) -> pd.Series:
+    """The id of the first node of its ring, of every node of one."""
+    ids = network.nodes["node_id"].to_numpy()
+    found = pd.Series([None] * len(ids), index=network.nodes.index, dtype="str")
+    for ring in rings:
+        found.iloc[np.unique(ends.start[ring.links])] = ids[ring.entries[0]]
+    return found
+
+
+def _paths(network: Network, ends: Ends, ring: Ring) -> list[Rows]:
+    """Rows of links along the fastest way from each entry to each exit of a ring."""
+    nodes = np.unique(ends.start[ring.links])
+    start = np.searchsorted(nodes, ends.start[ring.links])
+    end = np.searchsorted(nodes, ends.end[ring.links])
+    links = network.links.iloc[ring.links]
+    time = numbers(links["length"]) / numbers(links["free_speed"])
+    graph = csr_array((time, (start, end)), shape=(len(nodes), len(nodes)))
+    _, before = shortest_path(graph, return_predecessors=True)
+    pairs = zip(start.tolist(), end.tolist(), strict=True)
+    row = dict(zip(pairs, ring.links.tolist(), strict=True))
+    entries, exits = (np.searchsorted(nodes, at).tolist() for at in (ring.entries, ring.exits))
+    return [_way(before, row, *pair) for pair in product(entries, exits) if pair[0] != pair[1]]
+
+
+def _way(before: Rows, row: dict[tuple[int, int], int], entry: int, exit_: int) -> Rows:
+    way = []
+    place = exit_
+    while place != entry:
+        previous = int(before[entry, place])
+        way.append(row[previous, place])
+        place = previous
+    return np.array(way[::-1], dtype=np.int64)
+
+
+def _direct(network: Network, paths: list[Rows]) -> pd.DataFrame:
+    """One link a path: its pieces' lengths and times in all, and their words side by side."""
+    pieces = network.links.iloc[np.concatenate(paths)].reset_index(drop=True)
+    size = np.array([len(path) for path in paths], dtype=np.int64)
+    groups = Groups(np.arange(len(pieces)), np.cumsum(size) - size, size)
+    return links_of_chains(pieces, groups, kind_of_each(pieces), set(network.links["link_id"]))
+
+
+def _bans(network: Network, direct: pd.DataFrame) -> pd.DataFrame:
+    """From no direct link on to another."""
+    columns = ["link_id", "from_node_id", "to_node_id"]
+    pairs = direct[columns].merge(
+        direct[columns], left_on="to_node_id", right_on="from_node_id", suffixes=("", "_after")
+    )
+    table = pd.DataFrame(
+        {
+            "node_id": pairs["to_node_id"],
+            "from_link_id": pairs["link_id"],
+            "to_link_id": pairs["link_id_after"],
+        },
+        dtype="str",
+    )
+    if "restriction" in network.movements:
+        table["restriction"] = pd.Series([ALONG_RING] * len(table), dtype="str")
+    return table
