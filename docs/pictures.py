@@ -32,6 +32,11 @@ PICTURES = {
     "sioux_falls_diagram": ("sioux_falls", "plots/diagram.png"),
     "sioux_falls_curves": ("sioux_falls", "plots/curves.png"),
     "sioux_falls_vehicles": ("sioux_falls", "plots/vehicles.gif"),
+    "sioux_falls_space_time": ("sioux_falls", "space_time.png"),
+    "sioux_falls_space_time_south": ("sioux_falls", "space_time_south.png"),
+    "sioux_falls_surface": ("sioux_falls", "space_time_surface.png"),
+    "gridlock_space_time": ("gridlock", "space_time.png"),
+    "gridlock_ramp_metering_space_time": ("gridlock_ramp_metering", "space_time.png"),
 }
 
 #: beyond those of the configuration
@@ -46,6 +51,12 @@ MORE = {
         "{plot: network_fancy, file: vehicles, interval_s: 60, frame_ms: 120, trail: 4}",
     )
 }
+
+#: what is drawn in space and time
+SPACE_TIME = (
+    "forms=[png, surface]",
+    "cameras=[auto, south]",
+)
 
 WIDEST = 1200  # pixels
 COLOURS = 96
@@ -68,7 +79,9 @@ def _run(name: str, folder: Path) -> None:
     copy = folder / f"{name}.yaml"
     copy.write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "pipeline", "run", str(copy), "--out", str(folder)]
-    command += ["--set", "report.outputs=[]"]
+    command += ["--set", "report.outputs=[space_time]"]
+    for setting in SPACE_TIME:
+        command += ["--set", f"report.space_time.{setting}"]
     subprocess.run(command, check=True, cwd=CONFIGS.parent)
 
 

@@ -18,6 +18,7 @@ from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
 from pipeline.ingest_config import IngestSection
 from pipeline.plot_config import PlotEntry
+from pipeline.space_time_config import SpaceTimeSection
 from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.settings import Settings
 
@@ -161,6 +162,9 @@ class ReportSection(LocatedSection):
         ),
         strict=False,
         description="pictures and films for the folder plots/",
+    )
+    space_time: SpaceTimeSection = Field(
+        SpaceTimeSection(), description="section: what the output space_time shows, and its forms"
     )
 
     @model_validator(mode="after")

@@ -24,6 +24,7 @@ from pipeline.results_files import (
 )
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS
+from pipeline.space_time import Progress, check_space_time, space_time_writers
 from pipeline.stages import Outcome, Stage, Task
 from uxsim_geo.errors import InputError
 from uxsim_geo.files import replace_when_complete
@@ -46,6 +47,7 @@ def _run(task: Task) -> Outcome:
     material = read_material(task)
     check_bins_of_report(task.config, len(material.network.links))
     check_plots(task.config, material.network)
+    check_space_time(task.config)
     task.begin_writing()
     _write_summary(material, task.folder / SUMMARY)
     written, problems = [SUMMARY], []
@@ -69,7 +71,7 @@ def _writers(task: Task, material: Material) -> Writers:
     """By the name of each file, the function that writes it to a path."""
     writers: Writers = {}
     for output in task.config.report.outputs:
-        writers |= OUTPUTS[output](material)
+        writers |= OUTPUTS[output](material, task.watch.drawn)
     for entry in task.config.report.plots:
         progress = partial(task.watch.drawn, entry.file_name)
         name = f"{FOLDER}/{entry.file_name}"
@@ -92,12 +94,6 @@ def _write_summary(material: Material, path: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def _write_space_time(material: Material, path: Path) -> None:
-    from uxsim_geo.export.space_time import write_space_time
-
-    write_space_time(path, material.network, material.states, material.config.name)
-
-
 def _write_page(material: Material, path: Path) -> None:
     from uxsim_geo.export.page.page import About, Run, write_page
 
@@ -113,11 +109,12 @@ def _write_page(material: Material, path: Path) -> None:
     write_page(path, Run(material.network, material.result, material.states), about)
 
 
-#: the function that gives the writer of each file, by the output's name in a configuration
-OUTPUTS: dict[Output, Callable[[Material], Writers]] = {
-    "geopackage": geopackage,
-    "space_time": lambda material: {"space_time.png": partial(_write_space_time, material)},
-    "page": lambda material: {"report.html": partial(_write_page, material)},
-    "geoparquet": geoparquet,
-    "flatgeobuf": flatgeobuf,
+#: the function that gives the writer of each file, by the output's name in a configuration; it is
+#: handed what to tell how far a file is, by its name
+OUTPUTS: dict[Output, Callable[[Material, Progress], Writers]] = {
+    "geopackage": lambda material, _: geopackage(material),
+    "space_time": space_time_writers,
+    "page": lambda material, _: {"report.html": partial(_write_page, material)},
+    "geoparquet": lambda material, _: geoparquet(material),
+    "flatgeobuf": lambda material, _: flatgeobuf(material),
 }

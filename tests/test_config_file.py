@@ -192,7 +192,7 @@ def test_resolved_configuration_runs_from_where_it_lies(tmp_path: Path) -> None:
         assert list(mapping) == [key.alias or name for name, key in section.model_fields.items()]
 
 
-def test_start_keeps_its_instant_and_its_zone(tmp_path: Path) -> None:
+def test_start_keeps_its_instant_and_its_zone_and_needs_one(tmp_path: Path) -> None:
     config = load_config(write_small_run(tmp_path), ["report.start=2024-05-01T07:00:00+02:00"])
     assert config.report.start.isoformat() == "2024-05-01T07:00:00+02:00"
     write_config(config, tmp_path / "resolved.yaml")

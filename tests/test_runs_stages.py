@@ -232,16 +232,17 @@ def test_a_killed_run_is_never_believed(done: Path, monkeypatch: pytest.MonkeyPa
 def test_a_picture_that_cannot_be_drawn_is_a_problem_and_the_rest_is_written(
     done: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from uxsim_geo.export.space_time import RenderError
+    from uxsim_geo.export.space_time import drawing
 
-    def fail(path: Path) -> None:  # noqa: ARG001
-        raise RenderError("no library to draw with")
+    def fail(*_: object) -> None:
+        raise drawing.RenderError("no library to draw with")
 
-    monkeypatch.setitem(report.OUTPUTS, "space_time", lambda _: {"space_time.png": fail})
+    monkeypatch.setattr(drawing, "write_still", fail)
     config = load_config(done / "small.yaml", ["report.outputs=[space_time, geopackage]"])
     run = Run(config, RunFolder(done / "run"), Listener(), ["test"], STAGES)
     assert run.execute("report") == ["space_time.png could not be written: no library to draw with"]
     assert (done / "run/results.gpkg").exists()
+    assert (done / "run/space_time.html").exists()
     assert not run.is_current(report.STAGE)
     assert verify_run(done / "run").wrong == [
         "report: space_time.png could not be written: no library to draw with"
