@@ -15,12 +15,10 @@ from pipeline.material import Material, check_bins_of_report, read_material
 from pipeline.plots import FOLDER, check_plots, write_plot
 from pipeline.results_files import (
     Writers,
-    attribution,
-    driving_side,
+    describe,
     flatgeobuf,
     geopackage,
     geoparquet,
-    information,
 )
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS
@@ -95,18 +93,10 @@ def _write_summary(material: Material, path: Path) -> None:
 
 
 def _write_page(material: Material, path: Path) -> None:
-    from uxsim_geo.export.page.page import About, Run, write_page
+    from uxsim_geo.export.page.page import Run, write_page
 
-    config = material.config
-    about = About(
-        config.report.start,
-        material.notes,
-        information(material),
-        config.name,
-        driving_side(config),
-        attribution(config),
-    )
-    write_page(path, Run(material.network, material.result, material.states), about)
+    run = Run(material.network, material.result, material.states)
+    write_page(path, run, describe(material))
 
 
 #: the function that gives the writer of each file, by the output's name in a configuration; it is

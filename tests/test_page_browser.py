@@ -19,7 +19,8 @@ from small_networks import demand, link, network
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.export.page.inline import explore
-from uxsim_geo.export.page.page import About, Run, write_page
+from uxsim_geo.export.page.page import Run, write_page
+from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -56,7 +57,8 @@ def write_report(path: Path) -> Path:
     run = Run(streets, result, link_times(result, streets, bin_s=300.0))
     start = datetime(2026, 3, 4, 7, 30, tzinfo=timezone(timedelta(hours=1)))
     facts = {"seed": 7, "remark": EVIL[1]}
-    write_page(path, run, About(start, None, facts, EVIL[0], attribution=EVIL[2]))
+    about = RunDescription(start, streets.notes, facts, EVIL[0], attribution=EVIL[2])
+    write_page(path, run, about)
     return path
 
 
@@ -261,7 +263,11 @@ def test_a_city_of_13_000_links_is_small_enough_and_moves(
     tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     run = city(57, bins=96)
-    write_page(tmp_path / "city.html", run, About(datetime(2026, 1, 1, tzinfo=UTC)))
+    write_page(
+        tmp_path / "city.html",
+        run,
+        RunDescription(datetime(2026, 1, 1, tzinfo=UTC), run.network.notes, {}),
+    )
     assert len(run.network.links) > 12_700
     assert (tmp_path / "city.html").stat().st_size < 6e6
     with opened(tmp_path / "profile") as city_tab:

@@ -17,17 +17,19 @@ from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.network_states import network_states
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.demand.demand import Demand
+from uxsim_geo.demand.od_table import no_notes
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.errors import InputError
 from uxsim_geo.export.page import libraries
 from uxsim_geo.export.page.levels import first_of_merged, levels
-from uxsim_geo.export.page.page import About, Run, page, write_page
+from uxsim_geo.export.page.page import Run, page, write_page
 from uxsim_geo.export.page.quantities import quantities
 from uxsim_geo.export.page.zones import zones
+from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
-ABOUT = About(datetime(2026, 3, 4, 7, 30, tzinfo=UTC), name="a test")
+ABOUT = RunDescription(datetime(2026, 3, 4, 7, 30, tzinfo=UTC), no_notes(), {}, name="a test")
 BIN = 300.0
 
 

@@ -280,10 +280,11 @@ class World(Scenario):
         """
         from uxsim_geo.export.page.headlines import NO_DATE
         from uxsim_geo.export.page.inline import explore
-        from uxsim_geo.export.page.page import About
+        from uxsim_geo.export.run_description import RunDescription
 
-        about = About(NO_DATE, name=self.name or "World", information={"seed": self.random_seed})
-        return explore(self.network, self.result, bin_s=bin_s, about=about)
+        network, facts = self.network, {"seed": self.random_seed}
+        about = RunDescription(NO_DATE, network.notes, facts, name=self.name or "World")
+        return explore(network, self.result, bin_s=bin_s, about=about)
 
     def _start(self) -> Run:
         """Hand the scenario to the engine."""

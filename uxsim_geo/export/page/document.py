@@ -15,8 +15,9 @@ from uxsim_geo.export.page.levels import Levels
 from uxsim_geo.export.page.over_time import OverTime
 from uxsim_geo.export.page.places import Places
 from uxsim_geo.export.page.quantities import quantities
-from uxsim_geo.export.page.worst_places import WorstPlace, street_names
+from uxsim_geo.export.page.worst_places import WorstPlace
 from uxsim_geo.export.page.zones import Zones
+from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM, TIMES

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.export.page.headlines import NO_DATE
-from uxsim_geo.export.page.page import About, Run, page
+from uxsim_geo.export.page.page import Run, page
+from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.files import replace_when_complete
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -40,7 +41,7 @@ class InlinePage:
 
 
 def explore(
-    network: Network, result: Result, *, bin_s: float = 300.0, about: About | None = None
+    network: Network, result: Result, *, bin_s: float = 300.0, about: RunDescription | None = None
 ) -> InlinePage:
     """Map, curves and tables of a result, to look at in a notebook.
 
@@ -50,4 +51,4 @@ def explore(
     """
     run = Run(network, result, link_times(result, network, bin_s=bin_s))
     facts = {"seed": result.settings.seed, "duration_s": result.settings.duration}
-    return InlinePage(page(run, about or About(NO_DATE, information=facts)))
+    return InlinePage(page(run, about or RunDescription(NO_DATE, network.notes, facts)))

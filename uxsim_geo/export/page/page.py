@@ -7,12 +7,10 @@ draws the map, and its own scripts are the files beside this module.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from datetime import datetime
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -31,6 +29,7 @@ from uxsim_geo.export.page.places import Places
 from uxsim_geo.export.page.rows import fact_rows, note_rows, worst_rows
 from uxsim_geo.export.page.worst_places import worst_places
 from uxsim_geo.export.page.zones import zones
+from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.files import replace_when_complete
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -51,44 +50,14 @@ class Run:
     states: pd.DataFrame
 
 
-@dataclass(frozen=True)
-class About:
-    """What the page says beside the traffic.
-
-    start
-        what the clock shows at 0 s, with its time zone
-    notes
-        of the import (:data:`uxsim_geo.network.network.NOTE_COLUMNS`); None: those of the network
-    information
-        names and values: configuration, versions, seed
-    name
-        of the run, the page's title
-    driving_side
-        the side of their direction of travel on which links are drawn
-    attribution
-        whom the map's data come from, where that must be said
-    """
-
-    start: datetime
-    notes: pd.DataFrame | None = None
-    information: Mapping[str, object] = field(default_factory=dict)
-    name: str = "Traffic"
-    driving_side: Literal["right", "left"] = "right"
-    attribution: str = ""
-
-    def __post_init__(self) -> None:
-        if self.start.tzinfo is None:
-            raise ValueError(f"start needs a time zone, for instance UTC: {self.start.isoformat()}")
-
-
-def write_page(path: Path, run: Run, about: About) -> None:
+def write_page(path: Path, run: Run, about: RunDescription) -> None:
     """Write the page; it takes its name when it is complete. Errors as of :func:`page`."""
     text = page(run, about)
     with replace_when_complete(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
-def page(run: Run, about: About) -> str:
+def page(run: Run, about: RunDescription) -> str:
     """The page's text; the same run gives the same text.
 
     Raises :class:`uxsim_geo.errors.InputError` unless the states are those of all links in all
@@ -98,7 +67,6 @@ def page(run: Run, about: About) -> str:
     grid = StateGrid.of_all(run.states, run.network)
     places = Places.of(run.network)
     tables = _tables(run, grid, places)
-    notes = run.network.notes if about.notes is None else about.notes
     edges = tables.network.edges
     return _rendered(
         about=about,
@@ -108,7 +76,7 @@ def page(run: Run, about: About) -> str:
         ),
         worst=worst_rows(tables.places, edges, about.start),
         merged_min=None if len(edges) > len(grid.begin) else f"{np.diff(edges).max() / 60:g}",
-        notes=note_rows(notes),
+        notes=note_rows(about.notes),
         times=times_in_words(about.start),
         facts=fact_rows(about.information),
         parts=_parts(run, about, tables, places),
@@ -128,7 +96,7 @@ def _tables(run: Run, grid: StateGrid, places: Places) -> Tables:
     )
 
 
-def _parts(run: Run, about: About, tables: Tables, places: Places) -> dict[str, str]:
+def _parts(run: Run, about: RunDescription, tables: Tables, places: Places) -> dict[str, str]:
     """What the scripts unpack, by the id of its tag."""
     content = document(tables, places, about.start)
     content["links"] = link_columns(run.network, run.result.settings.reaction_time, tables.volume)

@@ -197,7 +197,8 @@ class Page {
 
   addSearch() {
     const { names, named } = this.run.links;
-    const streets = named ? names.filter((name) => !name.includes(" → ")) : names;
+    const unnamed = new Set(this.run.links.ids.map((id) => `link ${id}`));
+    const streets = named ? names.filter((name) => !unnamed.has(name)) : names;
     const options = [...streets].sort((a, b) => a.localeCompare(b)).slice(0, MOST_SUGGESTIONS);
     byId("streets").append(...options.map((name) => element("option", { value: name })));
     byId("search").addEventListener("change", (event) => {

@@ -10,6 +10,7 @@ import pandas as pd
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import KMH, TIMES
 
@@ -70,17 +71,6 @@ def worst_places(grid: StateGrid, network: Network, first: Integers) -> list[Wor
             )
         )
     return places
-
-
-def street_names(links: pd.DataFrame) -> pd.Series:
-    """The name of every link: its street's, else its road's number, else from where to where."""
-    ends = links["from_node_id"].astype(str) + " → " + links["to_node_id"].astype(str)
-    names = pd.Series(pd.NA, index=links.index, dtype="string")
-    for column in ("name", "ref"):
-        if column in links:
-            given = links[column].astype("string").str.strip()
-            names = names.fillna(given.mask(given == ""))
-    return names.fillna(ends.astype("string")).astype(str)
 
 
 def _by_street(values: Floats, street: Integers, streets: int) -> Floats:

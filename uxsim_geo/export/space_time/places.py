@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.types import Integers
 from uxsim_geo.export.space_time.choice import Choice
 from uxsim_geo.export.space_time.frame import Frame
 from uxsim_geo.export.space_time.look import Look
+from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import KMH
 
@@ -42,7 +42,7 @@ class Place:
 def places(network: Network, choice: Choice) -> list[Place]:
     """The streets with most lost time in slow states of all their links, of those with walls."""
     rows = np.flatnonzero(choice.slow.any(axis=1))
-    street, known = pd.factorize(street_names(network)[rows])
+    street, known = pd.factorize(street_names(network.links).to_numpy(object)[rows])
     lost = np.where(choice.slow[rows], choice.grid.values("delay")[rows], 0.0).sum(axis=1)
     by_street = np.bincount(street, lost, minlength=len(known))
     found: list[Place] = []
@@ -66,15 +66,6 @@ def _when_and_how_slow(choice: Choice, links: Integers) -> tuple[float, float, f
     )
     speed = KMH * float(np.min(distance / time))
     return float(choice.grid.begin[bins[0]]), float(choice.grid.end[bins[-1]]), speed
-
-
-def street_names(network: Network) -> npt.NDArray[np.object_]:
-    """Names of streets, and the link's own id where it has none."""
-    ids = "link " + network.links["link_id"].astype(str)
-    if "name" not in network.links.columns:
-        return ids.to_numpy(object)
-    names = network.links["name"].astype("string").str.strip()
-    return ids.where(names.isna() | (names == ""), names).to_numpy(object)
 
 
 def in_words(lost: float) -> str:

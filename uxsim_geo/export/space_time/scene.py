@@ -40,7 +40,7 @@ from uxsim_geo.export.space_time.bins import coarser
 from uxsim_geo.export.space_time.choice import Choice
 from uxsim_geo.export.space_time.frame import Frame, axes, time_marks
 from uxsim_geo.export.space_time.look import Look
-from uxsim_geo.export.space_time.places import in_words, place_parts, street_names
+from uxsim_geo.export.space_time.places import in_words, place_parts
 from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
 from uxsim_geo.export.space_time.scale import Scale
 from uxsim_geo.export.space_time.walls import (
@@ -51,6 +51,7 @@ from uxsim_geo.export.space_time.walls import (
     quads,
     runs,
 )
+from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import KMH
 
@@ -141,7 +142,7 @@ def _told(network: Network, choice: Choice) -> dict[str, Any]:
 
 def _full_names(network: Network, links: Integers) -> Any:
     """Streets with the ids of their links, which go by those alone where they have no name."""
-    names = street_names(network)[links]
+    names = street_names(network.links).to_numpy(object)[links]
     ids = network.links["link_id"].astype(str).to_numpy(object)[links]
     told = (
         name if name == f"link {id_}" else f"{name}, link {id_}"
