@@ -133,9 +133,9 @@ def _validated(
         return model.model_validate(values, context=reading)
     except ValidationError as error:
         found = [
-            _fault(details, (*above, *details["loc"]), reading.document)
+            _fault(details, (*above, *_keys_alone(details)), reading.document)
             for details in error.errors()
-            if not _follows(details)
+            if not (_follows(details) or _of_another_form(details))
         ]
         faults += sorted(found, key=_by_line)
     return None
@@ -184,6 +184,17 @@ def _help(place: Place) -> str | None:
     return keys[dotted].description
 
 
+def _keys_alone(details: ErrorDetails) -> Place:
+    """Leave out what pydantic says of the form that was tried, as ``function-after[...]``."""
+    return tuple(part for part in details["loc"] if "[" not in str(part))
+
+
+def _of_another_form(details: ErrorDetails) -> bool:
+    """Tell whether a section is only said not to be the word that could stand in its place."""
+    forms = [part for part in details["loc"] if str(part).startswith("literal[")]
+    return bool(forms) and not isinstance(details["input"], bool)
+
+
 def _follows(details: ErrorDetails) -> bool:
     """Tell whether a list is only said to be too short because its entries are at fault."""
     return details["type"] == "too_short" and bool(details["input"])
@@ -195,7 +206,7 @@ def _nearest(dotted: str) -> str:
     elsewhere = [key for key in known if key.rpartition(".")[2] == name]
     here = {key.rpartition(".")[2]: key for key in known if key.rpartition(".")[0] == section}
     alike = [here[near] for near in difflib.get_close_matches(name, here, n=1)]
-    for key in (*elsewhere, *alike):
+    for key in (*alike, *elsewhere):
         return f"did you mean {key}?"
     return f"known here: {', '.join(here)}"
 

@@ -62,7 +62,8 @@ def _run(task: Task) -> Outcome:
     return Outcome(written, ", ".join(written), problems=problems)
 
 
-STAGE = Stage("report", ("name", "simulate", "report"), _inputs, _run)
+# what files say of where the run came from has the settings of its sources
+STAGE = Stage("report", ("name", "ingest", "simulate", "report"), _inputs, _run)
 
 
 def _writers(task: Task, material: Material) -> Writers:

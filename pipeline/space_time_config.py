@@ -21,6 +21,7 @@ class SpaceTimeSection(Section):
 
     forms: tuple[Form, ...] = Field(
         ("png", "html"),
+        min_length=1,
         strict=False,
         description="png: a still; html: a page to turn, works offline; orbit and sweep: films "
         "(MP4, extra video), round the scene and with the time rising; surface: a still of lost "

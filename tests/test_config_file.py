@@ -57,6 +57,22 @@ def test_key_in_the_wrong_section_is_sent_to_the_right_one(tmp_path: Path) -> No
     )
 
 
+def test_keys_of_a_section_that_may_be_false_are_told_as_any(tmp_path: Path) -> None:
+    fault = only_fault(tmp_path, CONFIG, "ingest.ready.ring_storage_vehs=5")
+    assert fault.endswith(
+        "unknown key ingest.ready.ring_storage_vehs; did you mean ingest.ready.ring_storage_veh?"
+    )
+    assert "ingest.ready.ring_storage_veh: must be" in only_fault(
+        tmp_path, CONFIG, "ingest.ready.ring_storage_veh=-3"
+    )
+
+
+def test_a_key_alike_in_its_own_section_goes_before_one_elsewhere(tmp_path: Path) -> None:
+    fault = only_fault(tmp_path, CONFIG, "report.space_time.form=[png]")
+    assert fault.endswith("did you mean report.space_time.forms?")
+    assert "report.space_time.forms" in only_fault(tmp_path, CONFIG, "report.space_time.forms=[]")
+
+
 def test_key_like_no_other_gets_the_list_of_known_ones(tmp_path: Path) -> None:
     fault = only_fault(tmp_path, CONFIG + "  zzzzzz: 5\n")
     assert "known here: bin_s, start, outputs" in fault

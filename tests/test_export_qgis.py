@@ -69,7 +69,7 @@ def test_the_project_opens_with_every_layer_valid_and_styled(seen: dict[str, Any
     assert seen["crs"] == on_map.get(seen["asked_crs"], seen["asked_crs"] or "")
     assert {layer(seen, name)["crs"] for name in MAPS} == {seen["asked_crs"] or ""}
     assert set(seen["layers"]) == {f"uxsim_geo_{name}" for name in LAYERS}
-    assert seen["visible"] == ["uxsim_geo_nodes", "uxsim_geo_link_states"]
+    assert seen["visible"] == ["uxsim_geo_link_states"]
     for name in LAYERS:
         told = layer(seen, name)
         assert told["valid"]

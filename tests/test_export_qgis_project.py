@@ -66,7 +66,7 @@ def test_without_states_the_whole_run_is_shown(tmp_path: Path) -> None:
         for layer in root.findall("layer-tree-group/layer-tree-layer")
         if layer.get("checked") == "Qt::Checked"
     }
-    assert shown == {"nodes", "links"}
+    assert shown == {"links"}
     themes = {preset.get("name") for preset in root.iter("visibility-preset")}
     assert themes == {
         "desire lines",

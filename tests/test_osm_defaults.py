@@ -56,7 +56,11 @@ def test_a_carriageway_of_a_wide_road_has_more_lanes_than_one_direction_of_a_nar
     own = tmp_path / "own.csv"
     own.write_text("country,road_class,lanes\ndefault,secondary,4\n", encoding="utf-8")
     more = read_defaults(OsmOptions(class_table=own))
-    assert more.lanes("default", "secondary", oneway=True) == 4  # at least those of a direction
+    assert more.lanes("default", "secondary", oneway=True) == 4
+    own.write_text("country,road_class,lanes\nDE,primary,1\n", encoding="utf-8")
+    fewer = read_defaults(OsmOptions(class_table=own))
+    assert fewer.lanes("DE", "primary", oneway=True) == 1
+    assert fewer.lanes("FR", "primary", oneway=True) == 2  # shipped
 
 
 def test_roundabouts_are_no_carriageways(tmp_path: Path) -> None:
@@ -253,9 +257,10 @@ def test_options_that_mean_nothing_are_refused(changes: dict[str, object]) -> No
         OsmOptions(**changes)  # type: ignore[arg-type]
 
 
-def test_an_unknown_country_names_those_known() -> None:
-    with pytest.raises(InputError, match=r"country: must be default or one of .*DE.*ATLANTIS"):
-        read_defaults(OsmOptions(country="ATLANTIS"))
+@pytest.mark.parametrize(("country", "near"), [("ATLANTIS", "AT"), ("de", "DE"), ("Germany", "GE")])
+def test_an_unknown_country_is_told_how_to_write_one(country: str, near: str) -> None:
+    with pytest.raises(InputError, match=rf"as DE or BR: .*{near}.*{country}"):
+        read_defaults(OsmOptions(country=country))
 
 
 def test_options_reach_the_tables(tmp_path: Path) -> None:

@@ -33,6 +33,13 @@ ABOUT = RunDescription(datetime(2026, 3, 4, 7, 30, tzinfo=UTC), no_notes(), {}, 
 BIN = 300.0
 
 
+def test_what_rounding_leaves_makes_no_classes() -> None:
+    some = {"volume": np.array([300.0]), "density": np.array([9.0]), "queue": np.array([50.0])}
+    delay = np.concatenate([np.full(900, 3e-15), np.linspace(0.1, 4.0, 100)])
+    (told,) = (one for one in quantities(some | {"delay": delay}) if one.key == "delay")
+    assert told.breaks[0] >= 1.0
+
+
 def run_of(roads: Network, trips: Demand, duration: float = 3000.0) -> Run:
     result = simulate(roads, trips, Settings(duration, 5))
     return Run(roads, result, link_times(result, roads, bin_s=BIN))

@@ -15,7 +15,7 @@ from uxsim_geo.export.qgis_parts import Project, add_crs, add_tree_layer, as_lab
 from uxsim_geo.export.qgis_sheet import add_sheet
 from uxsim_geo.export.qml import QGIS_VERSION, plain
 
-SHOWN = ("nodes", "link_states")  # when the project is opened
+SHOWN = ("link_states",)  # when the project is opened; circles of nodes hide short links
 
 #: name of a theme: layers with the style in which it shows them
 THEMES = {
@@ -65,7 +65,7 @@ def _zipped(root: Element) -> bytes:
 
 
 def _document(project: Project) -> Element:
-    title = project.description.name or "run"
+    title = plain(project.description.name or "run")
     root = Element("qgis", {"version": QGIS_VERSION, "projectname": title})
     SubElement(root, "title").text = title
     add_crs(SubElement(root, "projectCrs"), project.crs)
@@ -156,7 +156,7 @@ def _add_properties(properties: Element, project: Project) -> None:
     """What the main window shows: the slider, the clock as a title, whose data these are."""
     _add_group(properties, "Paths", {"Absolute": False})
     _add_group(properties, "SpatialRefSys", {"ProjectionsEnabled": 1})
-    findings, title = project.findings, plain(project.description.name or "run")
+    findings, title = project.findings, as_label(project.description.name or "run")
     if findings.begin:
         controller: dict[str, str | bool | int] = {
             "StartDateTime": in_iso(findings.begin[0]),

@@ -16,6 +16,7 @@ OpenStreetMap wiki and newer laws; docs/networks.md names the sources and what i
 from __future__ import annotations
 
 import csv
+import difflib
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -89,14 +90,22 @@ def read_defaults(options: OsmOptions) -> Defaults:
     zones: Cells = {}
     for path in (SHIPPED_CLASSES, options.class_table):
         if path is not None:
-            classes |= _read(path, CLASS_COLUMNS, faults)
+            cells = _read(path, CLASS_COLUMNS, faults)
+            # lanes of one's own hold for one-way roads too, whatever is shipped for those
+            oneway = {(*key[:2], "lanes_oneway"): cells[key] for key in cells if key[2] == "lanes"}
+            classes |= oneway | cells if path == options.class_table else cells
     for path in (SHIPPED_ZONES, options.zone_table):
         if path is not None:
             zones |= _read(path, ZONE_COLUMNS, faults)
     countries = sorted({SAME.get(key[0], key[0]) for key in (*classes, *zones)} - {"default"})
     country = SAME.get(options.country, options.country)
     if country != "default" and country.partition("-")[0] not in countries:
-        what = f"must be default or one of {', '.join(countries)}, or have rows in a class_table"
+        near = difflib.get_close_matches(country.upper()[:2], countries, n=3, cutoff=0.5)
+        hint = f": {' or '.join(near)}" if near else ""
+        what = (
+            f"is not known: write its two letters, as DE or BR{hint}; default, or a class_table "
+            "with rows of it, does as well"
+        )
         own = Faults("options of the network")
         own.add(what, column="country", value=options.country)
         faults.extend(own)

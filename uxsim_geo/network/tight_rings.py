@@ -63,14 +63,16 @@ def open_tight_rings(network: Network, storage: float, notes: Notes) -> Network:
     why = [_why_not(ring, ends, in_ban) for ring in found]
     ids = network.nodes["node_id"].to_numpy()
     for reason in (BANNED, TWO_WAY):
-        left = [ids[ring.entries[0]] for ring, one in zip(found, why, strict=True) if one == reason]
+        left = [
+            min(ids[ring.entries]) for ring, one in zip(found, why, strict=True) if one == reason
+        ]
         remark = ("tight ring left", f"its links may lock one another: {reason}")
         note_places(notes, remark, left, element="node")
     rings = [ring for ring, one in zip(found, why, strict=True) if one is None]
     if not rings:
         return network
     remark = ("tight ring", "direct links in the place of so many; value: links gone")
-    names, sizes = [ids[ring.entries[0]] for ring in rings], [len(ring.links) for ring in rings]
+    names, sizes = [min(ids[ring.entries]) for ring in rings], [len(ring.links) for ring in rings]
     note_places(notes, remark, names, element="node", values=sizes)
     return _with_direct_links(network, ends, rings)
 
@@ -88,7 +90,8 @@ def _rings(network: Network, ends: Ends, storage: float) -> list[Ring]:
         outer[links] = False
         entries = np.intersect1d(nodes, ends.end[outer])
         exits = np.intersect1d(nodes, ends.start[outer])
-        if 3 <= len(nodes) <= MOST_NODES and len(entries) and len(exits):
+        leads_on = len(entries) and len(exits) and len(np.union1d(entries, exits)) > 1
+        if 3 <= len(nodes) <= MOST_NODES and leads_on:
             rings.append(Ring(links, entries, exits))
     return rings
 
@@ -161,11 +164,11 @@ def _with_direct_links(network: Network, ends: Ends, rings: list[Ring]) -> Netwo
 
 
 def _ring_of_node(network: Network, ends: Ends, rings: list[Ring]) -> pd.Series:
-    """The id of the first node of its ring, of every node of one."""
+    """The least id of the entries of its ring, of every node of one."""
     ids = network.nodes["node_id"].to_numpy()
     found = pd.Series([None] * len(ids), index=network.nodes.index, dtype="str")
     for ring in rings:
-        found.iloc[np.unique(ends.start[ring.links])] = ids[ring.entries[0]]
+        found.iloc[np.unique(ends.start[ring.links])] = min(ids[ring.entries])
     return found
 
 

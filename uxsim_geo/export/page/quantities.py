@@ -23,8 +23,11 @@ RISING_ON_DARK = ("#46608f", "#2a8a8e", "#3cb878", "#a6d93a", "#fde725")
 #: speed classes on a dark ground, from standing to free
 SPEED_ON_DARK = ("#ff4f64", "#ff9350", "#ffd479", "#86b9d8", "#4a86bf")
 
-#: shares of the values above 0 that lie below the first to the fourth break
+#: shares of the values from :data:`LEAST` on that lie below the first to the fourth break
 SHARES = (0.4, 0.7, 0.9, 0.98)
+
+#: less than this is nothing: three seconds of delay, and what rounding leaves of none
+LEAST = 0.05
 
 
 class Quantity(NamedTuple):
@@ -73,8 +76,8 @@ def _rising(key: str, label: str, unit: str, values: Floats) -> Quantity:
 
 
 def _round_breaks(values: Floats) -> tuple[float, ...]:
-    """Four breaks with one or two digits, ascending, near the :data:`SHARES` of values above 0."""
-    some = values[values > 0]
+    """Four breaks with one or two digits, ascending, near the :data:`SHARES` of values."""
+    some = values[values >= LEAST]
     wanted = np.quantile(some, SHARES) if len(some) else np.array([1.0, 2.0, 3.0, 4.0])
     breaks: list[float] = []
     for value in wanted:
