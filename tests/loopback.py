@@ -14,12 +14,17 @@ from urllib.parse import urlsplit
 
 @dataclass(frozen=True)
 class Reply:
-    """An answer out of order: ``cut`` promises more bytes than come."""
+    """An answer out of order.
+
+    ``cut`` promises more bytes than come; ``stalls`` keeps all but the first until the other side
+    hangs up.
+    """
 
     status: int = 200
     body: bytes = b""
     headers: dict[str, str] = field(default_factory=dict)
     cut: bool = False
+    stalls: bool = False
 
 
 class Answering(Protocol):
@@ -53,7 +58,10 @@ def serving(state: Answering) -> Iterator[None]:
                 self.send_header(name, value)
             self.send_header("Content-Length", str(len(reply.body) + (100 if reply.cut else 0)))
             self.end_headers()
-            self.wfile.write(reply.body)
+            self.wfile.write(reply.body[:1] if reply.stalls else reply.body)
+            if reply.stalls:
+                self.wfile.flush()
+                self.rfile.read(1)
 
         def log_message(self, format: str, *arguments: object) -> None:  # noqa: A002
             """Say nothing."""

@@ -353,6 +353,16 @@ def test_an_answer_may_not_trickle_in_for_ever(
     assert "comes in too slowly" in fault(tmp_path, server)
 
 
+def test_a_block_that_does_not_come_is_not_waited_for(
+    tmp_path: Path, server: Loopback, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first byte is there, and by the clock it is too late: what follows does not matter."""
+    server.replies["/interpreter"] = [Reply(body=b" " * 5000, stalls=True)]
+    clock = iter(range(0, 10**9, 1000))
+    monkeypatch.setattr("uxsim_geo.network.bounded_http.time.monotonic", lambda: next(clock))
+    assert "comes in too slowly" in fault(tmp_path, server)
+
+
 def test_settings_of_osmnx_are_put_back(tmp_path: Path, server: Loopback) -> None:
     from osmnx import settings
 

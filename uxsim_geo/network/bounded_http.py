@@ -149,10 +149,10 @@ class _Measured:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.raw, name)
 
-    def stream(self, *arguments: Any, **more: Any) -> Iterator[bytes]:
-        """Yield the body block by block, unpacked."""
+    def stream(self, amount: int, decode_content: bool | None = None) -> Iterator[bytes]:
+        """Yield the body as it comes in, unpacked: a whole block might be waited for too long."""
         read = 0
-        for block in self.raw.stream(*arguments, **more):
+        while block := self.raw.read1(amount, decode_content=decode_content):
             read += len(block)
             if read > self.most_bytes:
                 self.raw.close()
