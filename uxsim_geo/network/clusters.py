@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from uxsim_geo.network.chains import parts_of
-from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, rank_of
+from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, rank_of, signals_of_nodes
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import numbers
 
@@ -51,7 +51,7 @@ def clusters_of(
     rings, ring_length = _rings(network, ends, length)
     small = rings & (ring_length <= sizes.ring)
     limit = np.full(len(length), sizes.link)
-    signals = _signals(network)
+    signals = signals_of_nodes(network)
     limit[signals[ends.start] & signals[ends.end]] = max(sizes.link, sizes.signal_link)
     limit[rings] = 0.0
     wanted = (length <= limit) | small
@@ -64,12 +64,6 @@ def clusters_of(
     boxes = None if points is None else np.concatenate([points, points], axis=1)
     label = _grown(pairs, length[order], boxes, sizes.extent, ends.nodes)
     return _sorted_clusters(label, rank)
-
-
-def _signals(network: Network) -> Flags:
-    if "control" not in network.nodes:
-        return np.zeros(len(network.nodes), dtype=bool)
-    return np.asarray(network.nodes["control"] == "signal", dtype=bool)
 
 
 def _rings(network: Network, ends: Ends, length: Floats) -> tuple[Flags, Floats]:

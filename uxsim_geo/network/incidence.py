@@ -53,6 +53,24 @@ def ends_of(network: Network) -> Ends:
     return Ends(start, end, len(ids))
 
 
+def signals_of_nodes(network: Network) -> Flags:
+    """Nodes that have a signal; (nodes,)."""
+    if "control" not in network.nodes:
+        return np.zeros(len(network.nodes), dtype=bool)
+    return np.asarray(network.nodes["control"] == "signal", dtype=bool)
+
+
+def passed_nodes(network: Network) -> Flags:
+    """Nodes of no zone, over which traffic may pass; (nodes,)."""
+    nodes = network.nodes
+    passed = np.ones(len(nodes), dtype=bool)
+    if "zone_id" in nodes:
+        passed &= np.asarray(nodes["zone_id"].isna(), dtype=bool)
+    if "through_traffic" in nodes:
+        passed &= np.asarray(nodes["through_traffic"], dtype=bool)
+    return passed
+
+
 def turns_of(network: Network, ends: Ends) -> Turns:
     """Every pair of links that meet, in the order of the first link's row."""
     leaving = np.argsort(ends.start, kind="stable")

@@ -18,7 +18,7 @@ import numpy as np
 from uxsim_geo.network.approach_lengths import Additions, additions_of
 from uxsim_geo.network.clusters import JunctionSizes, clusters_of
 from uxsim_geo.network.headings import Headings, headings_of, metric_points
-from uxsim_geo.network.incidence import Flags, Floats, ends_of, rank_of
+from uxsim_geo.network.incidence import Flags, Floats, ends_of, passed_nodes, rank_of
 from uxsim_geo.network.inner_paths import (
     CannotMergeError,
     Junction,
@@ -114,11 +114,7 @@ def merged_of(found: Found, notes: Notes) -> Network:
 def _free_nodes(network: Network) -> Flags:
     """Nodes that may be a part of a junction: of no zone, passed by traffic, not merged before."""
     nodes = network.nodes
-    free = np.ones(len(nodes), dtype=bool)
-    if "zone_id" in nodes:
-        free &= np.asarray(nodes["zone_id"].isna(), dtype=bool)
-    if "through_traffic" in nodes:
-        free &= np.asarray(nodes["through_traffic"], dtype=bool)
+    free = passed_nodes(network)
     if "merged_node_ids" in nodes:
         free &= np.asarray(nodes["merged_node_ids"].isna(), dtype=bool)
     return free

@@ -1,9 +1,9 @@
 """One-way rings whose links hold less than a platoon each: direct links take their place.
 
 Around the middle of a crossing of one-way carriageways that cannot be one node, links of a few
-metres lead in a ring. Once each of them is full of vehicles that want to go
-on to the next, none can move ever again: in a model of platoons a few vehicles are enough, on the
-road they would not have stopped there. So every node of the ring at which vehicles come in gets a
+metres lead in a ring. Once each of them is full of vehicles that want to go on to the next, none
+can move ever again: in a model of platoons a few vehicles are enough, on the road they would not
+have stopped there. So every node of the ring at which vehicles come in gets a
 direct link to every node at which they go out, along the same way: as long, and as fast. No direct
 link leads on to another, so nobody waits for one in a ring; lengths and times stay exactly as they
 were. Flows that cross within the ring no longer hinder one another, as at any single node.
@@ -19,7 +19,7 @@ import pandas as pd
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, shortest_path
 
-from uxsim_geo.network.incidence import Ends, Flags, Rows, ends_of
+from uxsim_geo.network.incidence import Ends, Flags, Rows, ends_of, passed_nodes
 from uxsim_geo.network.joined_columns import Groups
 from uxsim_geo.network.joining import kind_of_each, links_of_chains, located
 from uxsim_geo.network.network import Network
@@ -119,13 +119,9 @@ def _tight(network: Network, ends: Ends, storage: float) -> Flags:
     pairs = ends.start * ends.nodes + ends.end
     one_way = ~np.isin(ends.end * ends.nodes + ends.start, pairs)
     single = pd.Series(pairs).map(pd.Series(pairs).value_counts()).to_numpy() == 1
-    free = np.ones(ends.nodes, dtype=bool)
-    if "zone_id" in network.nodes:
-        free &= np.asarray(network.nodes["zone_id"].isna(), dtype=bool)
-    if "through_traffic" in network.nodes:
-        free &= np.asarray(network.nodes["through_traffic"], dtype=bool)
+    passed = passed_nodes(network)
     speeds_known = np.isfinite(numbers(links["free_speed"]))
-    at_ends = free[ends.start] & free[ends.end]
+    at_ends = passed[ends.start] & passed[ends.end]
     return np.asarray((room < storage) & one_way & single & at_ends & speeds_known)
 
 

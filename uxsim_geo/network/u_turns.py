@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.network.incidence import Ends, Flags, Turns, ends_of, turns_of
+from uxsim_geo.network.incidence import Ends, Flags, Turns, ends_of, signals_of_nodes, turns_of
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 
@@ -34,7 +34,7 @@ def ban_u_turns(network: Network, where: Where, notes: Notes) -> Network:
     turns = turns_of(network, ends)
     closed = needless(network, ends, turns) & ~turns.banned
     if where == "signals":
-        closed &= _signals(network)[ends.end[turns.before]]
+        closed &= signals_of_nodes(network)[ends.end[turns.before]]
     rows = _bans(network, turns, closed)
     note = f"turning back banned at {where}, save where there is no other way; value: bans"
     notes.add("u-turns", note, value=len(rows))
@@ -62,12 +62,6 @@ def merged_before(network: Network) -> Flags:
     if "merged_node_ids" not in network.nodes:
         return np.zeros(len(network.nodes), dtype=bool)
     return np.asarray(network.nodes["merged_node_ids"].notna(), dtype=bool)
-
-
-def _signals(network: Network) -> Flags:
-    if "control" not in network.nodes:
-        return np.zeros(len(network.nodes), dtype=bool)
-    return np.asarray(network.nodes["control"] == "signal", dtype=bool)
 
 
 def _bans(network: Network, turns: Turns, closed: Flags) -> pd.DataFrame:
