@@ -18,7 +18,7 @@ from pipeline.table_formats import FORMATS
 from pipeline.table_makers import TABLES
 from pipeline.table_options import TableOptions
 from pipeline.tables import Order, export_table
-from uxsim_geo.errors import InputError
+from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.version import __version__
 
 if TYPE_CHECKING:
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 DONE = 0
 FAILED = 1
 INPUT_AT_FAULT = 2
+
+#: where run folders go
+OUT = Path("runs")
 
 STAGE_COMMANDS = {
     "run": "ingest, simulate and report; what has not changed is not done again",
@@ -88,7 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, text in STAGE_COMMANDS.items():
         command = commands.add_parser(name, help=text, description=text)
         command.set_defaults(command=_run, last="report" if name == "run" else name)
-        _add_run_options(command)
+        _add_run_options(command, repeats=name == "run")
     text = "show what is in a run, a network, a results file or a table"
     command = commands.add_parser("inspect", help=text, description=text)
     command.set_defaults(command=_inspect)
@@ -109,10 +112,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_run_options(command: argparse.ArgumentParser) -> None:
+def _add_run_options(command: argparse.ArgumentParser, *, repeats: bool) -> None:
     add = command.add_argument
-    add("config", type=Path, metavar="CONFIG", help="configuration, a YAML file")
-    add("--out", type=_folder, default=Path("runs"), metavar="DIR", help="default: %(default)s")
+    text = "configuration, a YAML file"
+    if repeats:
+        text += "; or manifest.json of a run: it is repeated, and the files are compared"
+    add("config", type=Path, metavar="CONFIG", help=text)
+    add("--out", type=_folder, metavar="DIR", help=f"default: {OUT}")
     add(
         "--set",
         action="append",
@@ -167,7 +173,30 @@ def _folder(text: str) -> Path:
     return Path(text)
 
 
+def _repeat(options: argparse.Namespace) -> int:
+    from pipeline import ingest, report, simulate
+    from pipeline.progress import watching
+    from pipeline.repeating import Repeat, repeat_run
+
+    if options.set or options.seed is not None:
+        what = "a manifest is repeated as it is; to change something, run its config.yaml"
+        raise InputError([Fault(what, str(options.config))])
+    with watching(quiet=options.quiet) as watch:
+        stages = (ingest.STAGE, simulate.STAGE, report.STAGE)
+        found = repeat_run(Repeat(options.config, options.out, watch, stages))
+    for remark in found.remarks:
+        show(f"note: {remark}", sys.stdout)
+    for line in found.different:
+        show(f"different: {line}", sys.stderr)
+    files = f"{len(found.same)} of {len(found.same) + len(found.different)} files"
+    verdict = "the same result" if not found.different else "another result"
+    show(f"{found.folder.path}: {verdict}; {files} are equal", sys.stdout)
+    return FAILED if found.different else DONE
+
+
 def _run(options: argparse.Namespace) -> int:
+    if options.config.suffix == ".json" and options.last == "report":
+        return _repeat(options)
     from pipeline import ingest, report, simulate
     from pipeline.config_file import load_config
     from pipeline.progress import watching
@@ -177,7 +206,7 @@ def _run(options: argparse.Namespace) -> int:
 
     seed = [] if options.seed is None else [f"simulate.seed={options.seed}"]
     config = load_config(options.config, [*options.set, *seed])
-    folder = RunFolder(options.out / config.name)
+    folder = RunFolder((options.out or OUT) / config.name)
     stages = (ingest.STAGE, simulate.STAGE, report.STAGE)
     options.folder = folder
     with watching(quiet=options.quiet) as watch:

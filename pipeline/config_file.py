@@ -47,7 +47,12 @@ def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
     lists = [dotted for dotted, key in iterate_keys() if _one_or_many(key)]
     for edit in edits:
         set_value(document, edit, lists)
-    reading = Reading(document, path.resolve().parent)
+    return config_of(document, path.resolve().parent)
+
+
+def config_of(document: YamlSource, folder: Path) -> Config:
+    """Check a document whose paths start from ``folder``; raises as :func:`load_config`."""
+    reading = Reading(document, folder)
     faults: list[Fault] = []
     _take_in_control_file(reading, faults)
     config = _validated(Config, document.values, reading, faults)

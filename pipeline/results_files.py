@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 FOLDER = "layers"
 
 OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL"
+ODBL = "https://opendatacommons.org/licenses/odbl/1-0/"
 Writers = dict[str, Callable[[Path], None]]
 
 
@@ -70,6 +71,11 @@ def attribution(config: Config) -> str:
     if config.report.attribution is not None:
         return config.report.attribution
     return OSM_ATTRIBUTION if config.ingest.format == "osm" else ""
+
+
+def licence(config: Config) -> str:
+    """The licence under which the sources let results be shared; empty: none that is known."""
+    return ODBL if config.ingest.format == "osm" else ""
 
 
 def information(material: Material) -> dict[str, object]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 import shlex
 import time
@@ -18,6 +19,8 @@ import uxsim_geo.version
 from pipeline.config import Config
 from pipeline.config_file import plain_values, relative_name, write_config
 from pipeline.progress import Watch
+from pipeline.results_files import attribution, licence
+from pipeline.ro_crate import METADATA, write_crate
 from pipeline.runs import (
     CONFIG,
     Manifest,
@@ -176,6 +179,7 @@ class Run:
     def _distrust(self, stage: Stage) -> None:
         """Note in the manifest that the stage is not finished: a killed run is never believed."""
         self.folder.create()
+        (self.folder / METADATA).unlink(missing_ok=True)
         manifest = self.folder.read_manifest()
         manifest.stages[stage.name] = StageRecord(problems=["was not finished; run it again"])
         self.folder.write_manifest(manifest)
@@ -192,6 +196,7 @@ class Run:
             if later.name in manifest.stages and not self.is_current(later):
                 self._remove(manifest.stages.pop(later.name).outputs)
         self.folder.write_manifest(manifest)
+        write_crate(self.folder, manifest)
 
     def _remove(self, names: Iterable[str]) -> None:
         for name in names:
@@ -204,6 +209,9 @@ class Run:
             "command": list(self.command),
             "seed": self.config.simulate.seed,
             "versions": versions(),
+            "machine": machine(),
+            "attribution": attribution(self.config),
+            "licence": licence(self.config),
             "config": plain_values(self.config, self.folder.path),
             "config_file": asdict(record_file(config, CONFIG)),
         }
@@ -213,6 +221,15 @@ def versions() -> dict[str, str]:
     """Versions of Python, of this package and of those that it computes with."""
     found = {"python": platform.python_version(), "uxsim-geo": uxsim_geo.version.__version__}
     return found | {name: metadata.version(name) for name in DISTRIBUTIONS}
+
+
+def machine() -> dict[str, Any]:
+    """What of the computer can matter for the last digits, and for how long a run took."""
+    return {
+        "system": platform.platform(),
+        "processor": platform.machine(),
+        "processors": os.cpu_count(),
+    }
 
 
 @cache

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.ro_crate import METADATA
 from pipeline.runs import CONFIG, LOG, MANIFEST, FileRecord, Manifest, RunFolder, is_unchanged
 from uxsim_geo.errors import Fault, InputError
 
@@ -44,7 +45,7 @@ def verify_run(path: Path) -> Verification:
         if not is_unchanged(record, folder / name)
     ]
     wrong = changed + list(_doubts(manifest))
-    remarks = list(_changed_inputs(folder, manifest)) + list(_unknown_files(folder, records))
+    remarks = list(changed_inputs(folder, manifest)) + list(_unknown_files(folder, records))
     return Verification(len(records) - len(changed), wrong, remarks)
 
 
@@ -77,7 +78,7 @@ def _maker(name: str, manifest: Manifest) -> str | None:
     return next(makers, None)
 
 
-def _changed_inputs(folder: RunFolder, manifest: Manifest) -> Iterator[str]:
+def changed_inputs(folder: RunFolder, manifest: Manifest) -> Iterator[str]:
     """Sources of the run that are gone or have changed since."""
     for stage in manifest.stages.values():
         for record in stage.inputs.values():
@@ -87,7 +88,7 @@ def _changed_inputs(folder: RunFolder, manifest: Manifest) -> Iterator[str]:
 
 
 def _unknown_files(folder: RunFolder, records: dict[str, FileRecord]) -> Iterator[str]:
-    known = {*records, MANIFEST, LOG}
+    known = {*records, MANIFEST, LOG, METADATA}
     for path in sorted(folder.path.rglob("*")):
         name = path.relative_to(folder.path).as_posix()
         if path.is_file() and name not in known:
