@@ -6,7 +6,7 @@ import difflib
 import os
 import re
 import typing
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -68,9 +68,13 @@ def write_config(config: Config, path: Path) -> None:
 
 def plain_values(section: Section, folder: Path) -> dict[str, Any]:
     """Return what YAML and JSON can hold; files are named relative to ``folder``."""
-    return {
-        name: _plain(value, folder) for name, value in section.model_dump(by_alias=True).items()
-    }
+    return named_values(section, lambda path: relative_name(path, folder))
+
+
+def named_values(section: Section, name_of: Callable[[Path], str]) -> dict[str, Any]:
+    """Return what YAML and JSON can hold; ``name_of`` says how a file or folder is named."""
+    values = section.model_dump(by_alias=True)
+    return {name: _plain(value, name_of) for name, value in values.items()}
 
 
 def relative_name(path: Path, folder: Path) -> str:
@@ -145,13 +149,13 @@ def _one_or_many(key: FieldInfo) -> bool:
     return typing.get_origin(key.annotation) is tuple and any(sections_in(key.annotation))
 
 
-def _plain(value: object, folder: Path) -> object:
+def _plain(value: object, name_of: Callable[[Path], str]) -> object:
     if isinstance(value, dict):
-        return {key: _plain(item, folder) for key, item in value.items()}
+        return {key: _plain(item, name_of) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item, folder) for item in value]
+        return [_plain(item, name_of) for item in value]
     if isinstance(value, Path):
-        return relative_name(value, folder)
+        return name_of(value)
     return value.isoformat() if isinstance(value, datetime) else value
 
 

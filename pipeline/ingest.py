@@ -64,7 +64,6 @@ def _run(task: Task) -> Outcome:
     task.begin_writing()
     paths = write_network(network, task.folder / NETWORK)
     paths += write_demand(demand, task.folder / DEMAND)
-    (task.folder / SIGNALS).unlink(missing_ok=True)  # of a run that was not finished
     if signals is not None:
         write_signal_table(signals, task.folder / SIGNALS)
         paths.append(task.folder / SIGNALS)
@@ -74,7 +73,15 @@ def _run(task: Task) -> Outcome:
     return Outcome(names, _words(network, demand), warnings=warnings_in(told))
 
 
-STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare)
+STAGE = Stage(
+    "ingest",
+    ("name", "ingest"),  # the page of the import is headed by the run's name
+    _inputs,
+    _run,
+    _prepare,
+    may_leave=(SIGNALS,),
+    storable=True,
+)
 
 
 def read_sources(section: IngestSection, progress: Telling | None = None) -> tuple[Network, Demand]:

@@ -42,7 +42,6 @@ def _run(task: Task) -> Outcome:
 
     result = _simulated(task)
     task.begin_writing()
-    (task.folder / SPEED_LIMITS).unlink(missing_ok=True)  # of a run that was not finished
     tables = {EVENTS: result.events, TRIPS: result.trips}
     if len(result.speed_limits):
         tables[SPEED_LIMITS] = result.speed_limits
@@ -57,7 +56,7 @@ def _run(task: Task) -> Outcome:
     return Outcome(tuple(tables), _words(result), figures, warnings=warnings)
 
 
-STAGE = Stage("simulate", ("simulate",), _inputs, _run)
+STAGE = Stage("simulate", ("simulate",), _inputs, _run, may_leave=(SPEED_LIMITS,), storable=True)
 
 
 def _simulated(task: Task) -> Result:
