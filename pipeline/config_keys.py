@@ -169,7 +169,7 @@ def scaled(timetable: float | tuple[tuple[float, float], ...], factor: float) ->
 
 
 class ChosenLinks(Section):
-    """Which links: by their ids, by an expression on their columns, by an area; all must hold."""
+    """Which links: by ids, by an expression on their columns, by area, by street; all must hold."""
 
     links: Ids = Field((), description="link_ids, as [a, b]")
     where: str | None = Field(
@@ -183,11 +183,13 @@ class ChosenLinks(Section):
     polygon_part: Literal["touching", "inside", "entering", "leaving"] = Field(
         "touching", description="which links of that area are meant"
     )
+    street: Id | None = Field(None, description="name of the road, as column name of links has it")
 
     @model_validator(mode="after")
     def _chooses(self) -> Self:
-        if not self.links and self.where is None and self.polygon is None:
-            raise ValueError("says of no link; give links, where or polygon")
+        given = (self.links or None, self.where, self.polygon, self.street)
+        if all(one is None for one in given):
+            raise ValueError("says of no link; give links, where, polygon or street")
         if self.polygon is None and self.polygon_part != "touching":
             raise ValueError("polygon_part needs a polygon")
         return self
@@ -195,7 +197,7 @@ class ChosenLinks(Section):
     def target(self) -> Target:
         """Return what measures are told."""
         polygon = None if self.polygon is None else str(self.polygon)
-        return Target(self.links, self.where, polygon, self.polygon_part)
+        return Target(self.links, self.where, polygon, self.polygon_part, self.street)
 
 
 class Period(Section):
