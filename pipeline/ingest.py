@@ -47,6 +47,11 @@ def _prepare(config: Config, watch: Watch) -> None:
 
 
 def _run(task: Task) -> Outcome:
+    return write_tables(task, *read_sources(task.config.ingest, task.watch.drawn))
+
+
+def write_tables(task: Task, network: Network, demand: Demand) -> Outcome:
+    """Write what was read, with signals planned for it, and the page of the import."""
     import pandas as pd
 
     from uxsim_geo.demand.files import write_demand
@@ -55,10 +60,8 @@ def _run(task: Task) -> Outcome:
     from uxsim_geo.network.notes import Notes
     from uxsim_geo.network.signal_table import write_signal_table
 
-    section = task.config.ingest
-    network, demand = read_sources(section, task.watch.drawn)
     notes = Notes()
-    signals = signal_table(section, network, notes)
+    signals = signal_table(task.config.ingest, network, notes)
     told = pd.concat([network.notes, notes.table()], ignore_index=True)
     network = replace(network, notes=placed(told, network))
     task.begin_writing()
@@ -75,7 +78,7 @@ def _run(task: Task) -> Outcome:
 
 STAGE = Stage(
     "ingest",
-    ("name", "ingest"),  # the page of the import is headed by the run's name
+    ("name", "ingest", "edits"),  # the page of the import is headed by the run's name
     _inputs,
     _run,
     _prepare,

@@ -110,11 +110,11 @@ class RunFolder:
         with replace_when_complete(self / MANIFEST) as path:
             path.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
-    def log(self, text: str) -> None:
-        """Add lines to the run's log, with the time."""
+    def log(self, text: str, name: str = LOG) -> None:
+        """Add lines to the run's log, or another one, with the time."""
         self.create()
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        with (self / LOG).open("a", encoding="utf-8") as log:
+        with (self / name).open("a", encoding="utf-8") as log:
             log.writelines(f"{now} {line}\n" for line in text.splitlines())
 
     def output_records(self, names: Iterable[str]) -> dict[str, FileRecord]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pipeline.config import Config
+from pipeline.config_file import config_of, keys_of_lists
 from pipeline.config_keys import Reading
 from pipeline.edits_config_study import StudyEdit
+from pipeline.yaml_source import put_value
+from uxsim_geo.errors import Faults
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,12 +57,12 @@ class Scenario:
 
 
 def read_scenarios(reading: Reading, place: str = "scenarios") -> dict[str, tuple[StudyEdit, ...]]:
-    """Read the lists of edits of a study file, by the names of the scenarios.
-
-    ``reading``: the study file as read_yaml gives it, and its folder. Raises
-    :class:`uxsim_geo.errors.InputError` with the faults of all scenarios, each at its line.
-    """
-    raise NotImplementedError
+    """Interim: edits `simulate` and `config` alone."""
+    told: Any = reading.document.values.get(place) or {}
+    return {
+        name: tuple(StudyEdit.model_validate(edit, context=reading) for edit in edits or [])
+        for name, edits in told.items()
+    }
 
 
 def resolve(
@@ -67,13 +71,23 @@ def resolve(
     scenarios: Mapping[str, tuple[StudyEdit, ...]],
     tables: Tables,
 ) -> dict[str, Scenario]:
-    """Resolve all scenarios of a study against its base; the first is ``base`` itself.
+    """Interim: edits `simulate` and `config` alone."""
+    import pandas as pd
 
-    ``base``: as :func:`pipeline.config_file.read_config` gives it, with what the study sets;
-    ``study``: as given to :func:`read_scenarios`, which knows the lines; ``tables``: of the base.
-
-    Raises :class:`uxsim_geo.errors.InputError` with the faults of all scenarios at once, each at
-    the line of the study (or base) file: names that are not known, circles of build_on, edits that
-    choose nothing or contradict one another, what the configuration and the engine would refuse.
-    """
-    raise NotImplementedError
+    first = config_of(Reading(deepcopy(base.document), base.folder))
+    found = {BASE: Scenario(BASE, first, tables, pd.DataFrame(), pd.DataFrame())}
+    for name, edits in scenarios.items():
+        document = deepcopy(base.document)
+        faults = Faults(study.document.source)
+        for edit in edits:
+            changes = {f"simulate.{key}": value for key, value in (edit.simulate or {}).items()}
+            for dotted, value in (changes | (edit.config or {})).items():
+                put_value(document, dotted.split("."), value, faults, keys_of_lists())
+        faults.raise_if_any()
+        document.values["name"] = f"{first.name}_{name}"
+        config = config_of(Reading(document, base.folder))
+        same = config.ingest == first.ingest
+        found[name] = Scenario(
+            name, config, tables if same else None, pd.DataFrame(), pd.DataFrame()
+        )
+    return found

@@ -27,7 +27,8 @@ from pipeline.runs import (
     is_unchanged,
     record_file,
 )
-from pipeline.store import Entry, Store, key_of
+from pipeline.store import Entry, Store, key_of, place
+from uxsim_geo.errors import Fault, InputError
 
 #: distributions whose version can change a result
 DISTRIBUTIONS = (
@@ -153,8 +154,28 @@ class Run:
         return (
             inputs.keys() == record.inputs.keys()
             and all(is_unchanged(record.inputs[name], path) for name, path in inputs.items())
-            and all(is_unchanged(file, self.folder / name) for name, file in record.outputs.items())
+            and self._has(record)
         )
+
+    def _has(self, record: StageRecord) -> bool:
+        """Tell whether the outputs of a stage are in the folder as they were recorded."""
+        return all(is_unchanged(file, self.folder / name) for name, file in record.outputs.items())
+
+    def adopt(self, stage: Stage, record: StageRecord, source: RunFolder) -> None:
+        """Take a stage over from a run folder beside this one, whose settings are the same.
+
+        Raises :class:`uxsim_geo.errors.InputError` if its files are no longer those recorded.
+        """
+        before = self.folder.read_manifest().stages.get(stage.name)
+        if before == record and self._has(record):
+            return
+        self._distrust(stage)
+        for name in record.outputs if source != self.folder else ():
+            place(source / name, self.folder / name)
+        if not self._has(record):
+            what = f"{stage.name}: files have changed while others rely on them; run it again"
+            raise InputError([Fault(what, str(source.path))])
+        self._finish(stage, record, before)
 
     def key_of(self, stage: Stage) -> str:
         """Return the key of the stage's outputs in the store; empty where it is not kept there."""
@@ -196,6 +217,9 @@ class Run:
         inputs = self._inputs(stage)
         task = Task(self.config, self.folder, figures, self.watch, lambda: self._distrust(stage))
         outcome = stage.run(task)
+        # of an input that has changed meanwhile nobody knows which content was read
+        if outcome.problems or self.key_of(stage) != key:
+            key = ""
         record = StageRecord(
             settings=self._settings(stage),
             inputs=inputs,
@@ -204,7 +228,7 @@ class Run:
             problems=list(outcome.problems),
             started=started.isoformat(timespec="seconds"),
             wall_s=round(time.perf_counter() - clock, 3),
-            key="" if outcome.problems else key,
+            key=key,
         )
         if self.store is not None and record.key:
             self.store.keep(key, _entry(record, outcome), self.folder)

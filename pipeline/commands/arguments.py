@@ -41,6 +41,13 @@ def above_0(text: str) -> float:
     return number
 
 
+def whole_above_0(text: str) -> int:
+    """Read a whole number above 0."""
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"must be a whole number above 0 (found {text!r})")
+    return int(text)
+
+
 def names(text: str) -> tuple[str, ...]:
     """Read names with commas between them, one with a comma in quotes."""
     found = tuple(name.strip() for name in next(csv.reader([text]), []))
