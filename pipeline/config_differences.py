@@ -43,10 +43,10 @@ def differences(a: Told, b: Told) -> list[Difference]:
     An entry of a list that one side lacks is one difference.
     """
     sides = [_placed(told.config.model_dump(by_alias=True), told.folder.path) for told in (a, b)]
-    names = ("name",)
-    configs = [{key: side[key] for key in side if key not in names} for side in sides]
-    versions = [_versions(told.manifest) for told in (a, b)]
-    return [*_unequal(*configs), *_unequal(*versions)]
+    for side in sides:
+        del side["name"]
+    versions = _versions(a.manifest), _versions(b.manifest)
+    return [*_unequal(sides[0], sides[1]), *_unequal(*versions)]
 
 
 def differing_links(a: Told, b: Told, networks: tuple[Network, Network]) -> tuple[str, ...]:
@@ -89,8 +89,8 @@ def _unequal(a: Any, b: Any, key: str = "") -> Iterator[Difference]:
             below = f"{key}.{name}" if key else str(name)
             yield from _unequal(a.get(name, NONE), b.get(name, NONE), below)
     elif _has_sections(a) or _has_sections(b):
-        sides = [dict(enumerate(side)) if isinstance(side, list) else {} for side in (a, b)]
-        yield from _unequal(*sides, key)
+        first, second = (dict(enumerate(side)) if isinstance(side, list) else {} for side in (a, b))
+        yield from _unequal(first, second, key)
     elif a != b:
         yield Difference(key, _as_text(a), _as_text(b))
 
