@@ -134,14 +134,15 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-_WKT = re.compile(r"\s*(multi)?polygon\s*(z|m|zm)?\s*\(", re.IGNORECASE)
+#: how an area begins that is written as WKT
+POLYGON = re.compile(r"\s*(multi)?polygon\s*(z|m|zm)?\s*\(", re.IGNORECASE)
 
 
 def _polygon(value: object, info: ValidationInfo) -> object:
     """Tell WKT from the path of a file, which must be there."""
     if not isinstance(value, str | Path):
         raise ValueError("must be the path of a GeoJSON or GeoPackage file, or WKT")
-    if isinstance(value, str) and _WKT.match(value):
+    if isinstance(value, str) and POLYGON.match(value):
         return value
     return existing_file(Path(value), _folder(info))
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
 from pipeline.config_keys import Id, Ids, PolygonKey, Section
 from pipeline.demand_config import DemandEntry
+
+if TYPE_CHECKING:
+    from uxsim_geo.scenario.trips import Trips
 
 IdPair = Annotated[tuple[Id, Id], Field(strict=False)]
 Seconds = Annotated[tuple[float, float], Field(strict=False)]
@@ -38,6 +41,22 @@ class ChosenTrips(Section):
         description="two moments, s: those of the rows of the demand that begin from the first on "
         "and before the second, without what other edits moved",
     )
+
+    def trips(self) -> Trips:
+        """Return which rows are meant."""
+        from uxsim_geo.demand.transform import Where
+        from uxsim_geo.scenario.trips import Trips
+
+        where = Where(
+            origins=self.origins or None,
+            destinations=self.destinations or None,
+            pairs=self.pairs or None,
+            classes=self.classes or None,
+            between=self.between_s,
+        )
+        areas = (self.origin_polygon, self.destination_polygon)
+        named = (None if area is None else str(area) for area in areas)
+        return Trips(where, self.zones, self.origin_zones, self.destination_zones, *named)
 
 
 class ScaleDemandEdit(ChosenTrips):

@@ -46,7 +46,7 @@ def _run(task: Task) -> Outcome:
 
 
 # the settings of the simulation are those with which its tables are read
-STAGE = Stage("measure", ("simulate", "measure"), _inputs, _run)
+STAGE = Stage("measure", ("simulate", "measure"), _inputs, _run, storable=True)
 
 
 def read_measures(folder: RunFolder) -> Measured:

@@ -13,15 +13,13 @@ from typing import Any, Protocol
 
 from pipeline.config_file import config_of
 from pipeline.progress import Watch
-from pipeline.run_figures import NAMES
 from pipeline.runs import RunFolder, record_file
-from pipeline.scenarios import BASE
 from pipeline.simulate import STAGE as SIMULATE
 from pipeline.stages import Run, code_digest, versions
 from pipeline.study_config import StudyFile, UntilSection, read_study
 from pipeline.study_dask import Dask
 from pipeline.study_folder import FIGURES, STUDY, StudyFolder, StudyManifest, machine, run_entry
-from pipeline.study_jobs import Job, Report
+from pipeline.study_jobs import NAMES, Job, Report
 from pipeline.study_processes import Group, Here, Processes, cores
 from pipeline.study_scenarios import Preparation, Prepared, absolute_values, with_seed
 from pipeline.study_seeds import Seeds, widths
@@ -105,7 +103,7 @@ def in_order(study: Study, prepared: Mapping[str, Prepared]) -> list[Report]:
 
 def _begin(order: Order, watch: Watch) -> Study:
     file = read_study(order.path)
-    base = config_of(file.base)
+    base = config_of(file.base_copy())
     seeds = Seeds(file.config.seeds, base.simulate.seed)
     if seeds.until is not None and seeds.until.figure not in NAMES:
         what = f"seeds.until.figure: is none of the figures: {', '.join(NAMES)}"
@@ -131,12 +129,7 @@ def _prepare(study: Study) -> dict[str, Prepared]:
     preparation = Preparation(
         study.file, study.folder, study.command, study.watch, study.first_seed
     )
-    base, tables = preparation.base()
-    scenarios = preparation.scenarios(tables)
-    return {
-        name: base if name == BASE else preparation.write(scenario, base, tables)
-        for name, scenario in scenarios.items()
-    }
+    return preparation.prepared(preparation.scenarios())
 
 
 def _clear(study: Study) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -21,7 +22,7 @@ class UntilSection(Section):
     """How narrow the 95 % interval must be: of every scenario's difference from the base."""
 
     figure: str = Field(
-        "total_delay_veh_s", description="name of the figure, a column of figures.csv"
+        "total_delay_veh_h", description="name of the figure, a column of figures.csv"
     )
     half_width: float | None = Field(
         None, gt=0, description="half the width of the interval, in the figure's unit"
@@ -111,6 +112,10 @@ class StudyFile:
     config: StudyConfig
     reading: Reading
     base: Reading
+
+    def base_copy(self) -> Reading:
+        """Return the base to be checked, which may change what was read."""
+        return Reading(deepcopy(self.base.document), self.base.folder)
 
 
 def read_study(path: Path) -> StudyFile:

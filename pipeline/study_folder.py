@@ -13,10 +13,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipeline.run_figures import NAMES
 from pipeline.runs import MANIFEST, FileRecord, RunFolder, record_file
 from pipeline.store import Store
-from pipeline.study_jobs import Report
+from pipeline.study_jobs import NAMES, Report
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
 
@@ -150,8 +149,6 @@ def machine() -> Mapping[str, Any]:
     return {"platform": platform.platform(), "cores": os.cpu_count()}
 
 
-def _cell(value: float | int | bool | None) -> str:
+def _cell(value: float | None) -> str:
     """Write a number so that it reads back as the same; nothing where there is none."""
-    if value is None:
-        return ""
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    return "" if value is None else repr(value)

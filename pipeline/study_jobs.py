@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from pipeline import ingest, report, run_figures, simulate
+from pipeline import ingest, measure, report, simulate
 from pipeline.config import Config
 from pipeline.progress import Silence
 from pipeline.runs import LOG, RunFolder, StageRecord
 from pipeline.stages import Run, Stage, code_digest
 from pipeline.store import Store
+from uxsim_geo.analysis.comparison.quantities import TOTALS
 from uxsim_geo.errors import InputError
 
 #: what is done of every run; that its tables are there has been seen to
-STAGES: tuple[Stage, ...] = (simulate.STAGE, run_figures.STAGE)
+STAGES: tuple[Stage, ...] = (simulate.STAGE, measure.STAGE)
+
+#: of a run: columns of figures.csv
+NAMES = tuple(quantity.name for quantity in TOTALS)
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ class Report:
     status: Literal["finished", "failed"]
     words: str
     problems: Sequence[str] = ()
-    figures: Mapping[str, float | int | bool | None] = field(default_factory=dict)
+    figures: Mapping[str, float | None] = field(default_factory=dict)
 
 
 class _Remembering(Silence):
@@ -127,10 +132,19 @@ def _run(job: Job, folder: RunFolder) -> Report:
     run.adopt(ingest.STAGE, job.ingested, RunFolder(job.tables))
     run = Run(config, folder, watch, job.command, stages, Store(job.store))
     problems = run.execute(stages[-1].name)
-    figures = run_figures.read_figures(folder)
+    figures = _figures(folder)
     words = next((line for line in watch.lines if line.startswith("simulate: ")), "")
     words = words.removeprefix("simulate: ")
     return Report(job.scenario, job.seed, "finished", words, problems, figures)
+
+
+def _figures(folder: RunFolder) -> dict[str, float | None]:
+    """Read the figures of a measured run; None where one is undefined."""
+    import pandas as pd
+
+    totals = pd.read_parquet(folder / measure.FOLDER / "totals.parquet")
+    values = dict(zip(totals["figure"], totals["value"], strict=True))
+    return {name: None if math.isnan(value) else float(value) for name, value in values.items()}
 
 
 def _failed(job: Job, problems: Sequence[str], log: str) -> Report:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import pandas as pd
 from uxsim_geo.control.site import Target
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.expressions import rows_where
+from uxsim_geo.network.near_names import did_you_mean
 from uxsim_geo.network.network import Network
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
@@ -66,8 +66,7 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     places = link_ids.get_indexer(pd.Index(wanted, dtype=link_ids.dtype))
     for number, place in enumerate(np.flatnonzero(places < 0)):
         close = number < SUGGESTED
-        near = difflib.get_close_matches(wanted[place], link_ids, n=3) if close else []
-        advice = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
+        advice = did_you_mean(wanted[place], link_ids) if close else ""
         what = f"the network has no such link_id{advice}"
         faults.add(what, column="links", value=wanted[place])
     named = np.zeros(len(link_ids), bool)
@@ -83,9 +82,8 @@ def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:
     named = np.asarray(links["name"] == street, bool)
     if not named.any():
         names = links["name"].dropna().astype(str).unique().tolist()
-        near = difflib.get_close_matches(street, names, n=3)
-        advice = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
-        faults.add(f"no link has this name{advice}", column="street", value=street)
+        what = f"no link has this name{did_you_mean(street, names)}"
+        faults.add(what, column="street", value=street)
     return named
 
 
