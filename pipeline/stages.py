@@ -267,16 +267,25 @@ class Run:
 
     def _finish(self, stage: Stage, record: StageRecord, before: StageRecord | None) -> None:
         """Vouch for the stage's outputs; remove those of earlier runs that no longer belong."""
-        write_config(self.config, self.folder / CONFIG)
+        manifest = self.folder.read_manifest()
+        if not self._has_config(manifest):
+            write_config(self.config, self.folder / CONFIG)
         if before is not None:
             self._remove(before.outputs.keys() - record.outputs.keys())
-        manifest = Manifest(self._describe(), self.folder.read_manifest().stages)
+        manifest = Manifest(self._describe(), manifest.stages)
         manifest.stages[stage.name] = record
         self.folder.write_manifest(manifest)
         for later in self.stages[self.stages.index(stage) + 1 :]:
             if later.name in manifest.stages and not self.is_current(later):
                 self._remove(manifest.stages.pop(later.name).outputs)
         self.folder.write_manifest(manifest)
+
+    def _has_config(self, manifest: Manifest) -> bool:
+        """Tell whether an earlier stage has written this very configuration."""
+        values = plain_values(self.config, self.folder.path)
+        if manifest.run.get("config") != values or "config_file" not in manifest.run:
+            return False
+        return is_unchanged(FileRecord(**manifest.run["config_file"]), self.folder / CONFIG)
 
     def _remove(self, names: Iterable[str]) -> None:
         for name in names:

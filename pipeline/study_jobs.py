@@ -107,6 +107,7 @@ def warm_up() -> None:
     """Load the engine, compiling it if need be: not in several processes at once."""
     import pandas as pd
 
+    from uxsim_geo.control.closures import Closure
     from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
     from uxsim_geo.engine.simulation import simulate as simulate_tables
     from uxsim_geo.network.network import Network
@@ -118,7 +119,8 @@ def warm_up() -> None:
     turns = pd.DataFrame(columns=["node_id", "from_link_id", "to_link_id", "via_link_ids"])
     demand = pd.DataFrame([("a", "b", 0.0, 10.0, 5.0)], columns=list(DEMAND_COLUMNS))
     network = Network(nodes, pd.DataFrame([link]), turns.astype("str"))
-    simulate_tables(network, Demand(demand), Settings(duration=60.0))
+    closure = Closure(["ab"], begin=30.0)  # control is code of its own
+    simulate_tables(network, Demand(demand), Settings(duration=60.0), control=[closure])
 
 
 def _run(job: Job, folder: RunFolder) -> Report:

@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import signal
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
@@ -17,6 +17,9 @@ from pipeline.study_jobs import Job, Report, lost, run_job, warm_up
 
 #: runs of the same content, one after the other: the first fills the store for the others
 Group = Sequence[Job]
+
+#: what is done with a job
+Work = Callable[[Job], Report]
 
 #: so often a run is given to a process among others; once more it is run alone
 ATTEMPTS = 3
@@ -61,13 +64,17 @@ class _Worker:
 
 @dataclass
 class Processes:
-    """Runs spread over processes, which start (and load the engine) as soon as this is entered."""
+    """Runs spread over processes, which start (and load the engine) as soon as this is entered.
+
+    ``work``, a function of a module, is what they do with a job.
+    """
 
     number: int
+    work: Work = run_job
     workers: list[_Worker] = field(default_factory=list)
 
     def __enter__(self) -> Self:
-        self.workers = [_start() for _ in range(self.number)]
+        self.workers = [_start(self.work) for _ in range(self.number)]
         # the first compiles what is not compiled yet, the others read it when they begin
         self._warm(self.workers[0])
         return self
@@ -127,7 +134,7 @@ class Processes:
     ) -> Iterator[Report]:
         """Put a new process in the place of one that is lost, and its work back in the queue."""
         worker.process.join()
-        new = _start()
+        new = _start(self.work)
         self.workers[self.workers.index(worker)] = new
         work = worker.work
         if work is None:
@@ -152,16 +159,16 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def _start() -> _Worker:
+def _start(work: Work) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
-    process = context.Process(target=_serve, args=(there,), daemon=True)
+    process = context.Process(target=_serve, args=(there, work), daemon=True)
     process.start()
     there.close()  # so that the end of the process ends the pipe
     return _Worker(process, here)
 
 
-def _serve(connection: Connection) -> None:
+def _serve(connection: Connection, work: Work) -> None:
     """Do what comes through the pipe, to its end; the process that started this one is told."""
     # Ctrl-C reaches all processes of a terminal: the study ends the others
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -172,7 +179,7 @@ def _serve(connection: Connection) -> None:
                 warm_up()
                 connection.send(None)
             else:
-                connection.send(run_job(job))
+                connection.send(work(job))
 
 
 def _begin(worker: _Worker, work: _Work) -> None:
