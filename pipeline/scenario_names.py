@@ -23,6 +23,7 @@ class StudyPlace:
 
     edit: StudyEdit
     place: Place
+    line: int | None
 
     @property
     def key(self) -> str:
@@ -43,7 +44,8 @@ class Composition:
         found: list[StudyPlace] = []
         for member in self.members(name):
             for number, edit in enumerate(self.scenarios[member]):
-                placed = StudyPlace(edit, (*self.place, member, number))
+                place = (*self.place, member, number)
+                placed = StudyPlace(edit, place, self.study.document.origin(place)[1])
                 if placed.key not in NAMING:
                     found.append(placed)
         return found
