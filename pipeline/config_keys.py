@@ -56,9 +56,14 @@ class LocatedSection(Section):
         if isinstance(context, Reading):
             self._origin = Origin(context.document)
 
+    @property
+    def document(self) -> YamlSource | None:
+        """What the section was read from; None: it was not read."""
+        return self._origin.document
+
     def origin(self, place: Place) -> tuple[str, int | None]:
         """Return file and line of a place in the whole configuration."""
-        document = self._origin.document
+        document = self.document
         return document.origin(place) if document else ("", None)
 
 

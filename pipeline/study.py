@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from pipeline.config_file import config_of
+from pipeline.dry_run import dry_run_text, write_changes
 from pipeline.progress import Watch
 from pipeline.runs import RunFolder, record_file
 from pipeline.simulate import STAGE as SIMULATE
@@ -25,6 +26,9 @@ from pipeline.study_scenarios import Preparation, Prepared, absolute_values, wit
 from pipeline.study_seeds import Seeds, widths
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
+
+#: what a dry run writes into the folder of the study
+CHANGES = "changes.gpkg"
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,19 @@ def run_study(order: Order, watch: Watch) -> list[str]:
     ]
 
 
+def dry_run(order: Order, watch: Watch) -> tuple[str, Path]:
+    """Tell what each scenario changes, in words and as a map layer, whose path is returned too.
+
+    Raises :class:`uxsim_geo.errors.InputError` as :func:`run_study`.
+    """
+    study = _begin(order, watch)
+    preparation = _preparation(study)
+    scenarios, tables = preparation.scenarios()
+    path = study.folder.path / CHANGES
+    write_changes(path, scenarios, tables)
+    return dry_run_text(scenarios, tables), path
+
+
 def in_order(study: Study, prepared: Mapping[str, Prepared]) -> list[Report]:
     """Return the reports in the order of the scenarios and seeds, whenever they came."""
     keys = [(name, seed) for name in prepared for seed in study.seeds.done]
@@ -124,12 +141,15 @@ def _runner(order: Order, file: StudyFile) -> AbstractContextManager[Runner]:
     return Dask(None if scheduler == "dask" else scheduler, workers)
 
 
+def _preparation(study: Study) -> Preparation:
+    return Preparation(study.file, study.folder, study.command, study.watch, study.first_seed)
+
+
 def _prepare(study: Study) -> dict[str, Prepared]:
     """Read the base, check all edits against it, and make the tables of every scenario."""
-    preparation = Preparation(
-        study.file, study.folder, study.command, study.watch, study.first_seed
-    )
-    return preparation.prepared(preparation.scenarios())
+    preparation = _preparation(study)
+    scenarios, _ = preparation.scenarios()
+    return preparation.prepared(scenarios)
 
 
 def _clear(study: Study) -> None:

@@ -75,8 +75,8 @@ class Preparation:
     sources: Sources = field(default_factory=Sources)
     copied: dict[Path, Path] = field(default_factory=dict)
 
-    def scenarios(self) -> dict[str, Scenario]:
-        """Resolve all scenarios, the base first.
+    def scenarios(self) -> tuple[dict[str, Scenario], Tables]:
+        """Resolve all scenarios, the base first; return the base's tables as read too.
 
         Raises :class:`uxsim_geo.errors.InputError` with the faults of all of them.
         """
@@ -85,7 +85,7 @@ class Preparation:
         if ingest.STAGE.prepare is not None:
             ingest.STAGE.prepare(base, self.watch)
         tables = Tables(*self.sources(base.ingest, self.watch.drawn))
-        return resolve(self.file.base, self.file.reading, told, tables)
+        return resolve(self.file.base, self.file.reading, told, tables), tables
 
     def prepared(self, scenarios: Mapping[str, Scenario]) -> dict[str, Prepared]:
         """Write the tables of all scenarios, where they are neither there nor in the store."""

@@ -63,6 +63,12 @@ class YamlSource:
             if own[:depth] == from_place:
                 self.origins[(*place, *own[depth:])] = other.origin(own)
 
+    def forget_origins(self, place: Place) -> None:
+        """Forget where what stands at ``place`` came from: something else stands there now."""
+        depth = len(place)
+        self.lines = {own: line for own, line in self.lines.items() if own[:depth] != place}
+        self.origins = {own: at for own, at in self.origins.items() if own[:depth] != place}
+
     def below(self, place: Place) -> YamlSource:
         """Return the document as if it stood at a place of another one, under its own name."""
         values: object = self.values

@@ -33,6 +33,7 @@ def _add_study_options(command: argparse.ArgumentParser) -> None:
     add("study", type=Path, metavar="STUDY", help="study, a YAML file")
     add_folder_of_results(command)
     text = "processes, none, dask, or the address of a Dask scheduler; default: as the study says"
+    add("--dry-run", action="store_true", help="only show what each scenario changes")
     add("--scheduler", metavar="NAME", help=text)
     add("--workers", type=whole_above_0, metavar="N", help="processes on this machine")
     add("--quiet", action="store_true", help="show nothing but failures")
@@ -40,11 +41,15 @@ def _add_study_options(command: argparse.ArgumentParser) -> None:
 
 def _study(options: argparse.Namespace) -> int:
     from pipeline.progress import watching
-    from pipeline.study import Order, run_study
+    from pipeline.study import Order, dry_run, run_study
 
     command = ["uxsim-geo", *options.arguments]
     order = Order(options.study, options.out, command, options.scheduler, options.workers)
     with watching(quiet=options.quiet) as watch:
+        if options.dry_run:
+            text, path = dry_run(order, watch)
+            show(f"{text}\n\n{path}", sys.stdout)
+            return DONE
         problems = run_study(order, watch)
     for problem in problems:
         show(f"error: {problem}", sys.stderr)

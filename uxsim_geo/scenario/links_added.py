@@ -89,7 +89,8 @@ def _line(network: Network, link: NewLink, faults: Faults) -> Any:
         if link.along is not None:
             faults.add("the network has no coordinates", column="along")
         return None
-    places = network.nodes.set_index(network.nodes["node_id"].astype(str))["geometry"]
+    ids = network.nodes["node_id"].astype(str)
+    places = dict(zip(ids, network.nodes["geometry"], strict=True))
     if link.from_node not in places or link.to_node not in places:
         return None
     ends = shapely.get_coordinates([places[link.from_node], places[link.to_node]])
