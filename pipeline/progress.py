@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 from pipeline.lines import show
@@ -31,6 +32,9 @@ class Watch(Protocol):
     def drawn(self, name: str, share: float) -> None:
         """Take how far a film has come, 0 to 1."""
 
+    def counted(self, done: int, of: int) -> None:
+        """Take how many runs of a study are done; each has had its line."""
+
 
 class Silence:
     """For ``--quiet``: nothing is shown."""
@@ -42,6 +46,9 @@ class Silence:
         """Pass over it."""
 
     def drawn(self, name: str, share: float) -> None:
+        """Pass over it."""
+
+    def counted(self, done: int, of: int) -> None:
         """Pass over it."""
 
 
@@ -71,6 +78,9 @@ class Lines:
         if quarters > self.quarters.get(name, 0):
             self.quarters[name] = quarters
             self.say(f"  {name}: {25 * quarters} %")
+
+    def counted(self, done: int, of: int) -> None:
+        """Pass over it: the lines of the runs say it."""
 
 
 class Terminal:
@@ -105,6 +115,41 @@ class Terminal:
             words=name,
             visible=share < 1,
         )
+
+    def counted(self, done: int, of: int) -> None:
+        """Move the bar; it goes with the last run."""
+        self.bar.update(
+            self.task,
+            total=float(of),
+            completed=float(done),
+            so_far=f"{done:,} of {of:,}",
+            words="runs",
+            visible=done < of,
+        )
+
+
+@dataclass(frozen=True)
+class Prefixed:
+    """Passes on what it is told, with a name before every line."""
+
+    name: str
+    watch: Watch
+
+    def say(self, text: str) -> None:
+        """Pass the lines on."""
+        self.watch.say("\n".join(f"{self.name}: {line}" for line in text.splitlines()))
+
+    def simulated(self, progress: Progress) -> None:
+        """Pass it on."""
+        self.watch.simulated(progress)
+
+    def drawn(self, name: str, share: float) -> None:
+        """Pass it on."""
+        self.watch.drawn(f"{self.name}: {name}", share)
+
+    def counted(self, done: int, of: int) -> None:
+        """Pass it on."""
+        self.watch.counted(done, of)
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.config_file import config_of
+from pipeline.config_keys import Reading
 from pipeline.progress import Watch
 from pipeline.report import SUMMARY
 from pipeline.runs import MANIFEST, Manifest, RunFolder
@@ -72,7 +73,7 @@ def repeat_run(order: Repeat) -> Repetition:
     first = RunFolder(order.manifest.parent)
     manifest = _manifest_of(order.manifest)
     document = YamlSource(str(order.manifest), manifest.run["config"])
-    config = config_of(document, first.path.resolve())
+    config = config_of(Reading(document, first.path.resolve()))
     folder = order.target(config.name)
     command = ["uxsim-geo", "run", str(order.manifest)]
     run = Run(config, folder, order.watch, command, order.stages)

@@ -252,7 +252,7 @@ def test_reference_systems_that_are_not_known_are_refused(tmp_path: Path) -> Non
 
 
 def test_targets_that_say_nothing_or_half_are_refused() -> None:
-    assert "give links, where or polygon" in refusal(PLAIN, Target())
+    assert "give links, where, polygon or street" in refusal(PLAIN, Target())
     assert "is part of a polygon" in refusal(PLAIN, Target(("a1",), part="inside"))
     odd = Target(polygon=SQUARE.wkt, part="near")  # type: ignore[arg-type]
     assert "must be one of touching" in refusal(mapped(), odd)

@@ -1,8 +1,7 @@
-"""Which links a target means: by their ids, by their attributes, by an area."""
+"""Which links a target means: by their ids, by their attributes, by an area, by their street."""
 
 from __future__ import annotations
 
-import difflib
 import re
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import pandas as pd
 from uxsim_geo.control.site import Target
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.expressions import rows_where
+from uxsim_geo.network.near_names import did_you_mean
 from uxsim_geo.network.network import Network
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
@@ -32,12 +32,13 @@ def select_links(
 
     ``link_ids`` are those of the network as an index, for who makes many selections in it.
 
-    All that the target gives must hold: ``links`` and ``where`` and ``polygon``. A link leads into
-    a polygon if its geometry starts outside and ends inside; on the border is inside.
+    All that the target gives must hold: ``links`` and ``where`` and ``polygon`` and ``street``. A
+    link leads into a polygon if its geometry starts outside and ends inside; on the border is
+    inside.
 
-    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids
-    and columns, an expression that cannot be read, an area that is none or whose reference system
-    is not known.
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids,
+    columns and streets, an expression that cannot be read, an area that is none or whose reference
+    system is not known.
     """
     faults = Faults()
     meant = np.ones(len(network.links), bool)
@@ -51,8 +52,11 @@ def select_links(
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":
         faults.add("is part of a polygon, and there is none", column="part", value=target.part)
-    if not target.links and target.where is None and target.polygon is None:
-        faults.add("names no links: give links, where or polygon")
+    if target.street is not None:
+        meant &= _of_street(network.links, target.street, faults)
+    given = (target.links or None, target.where, target.polygon, target.street)
+    if all(one is None for one in given):
+        faults.add("names no links: give links, where, polygon or street")
     faults.raise_if_any()
     return np.flatnonzero(meant).astype(np.int64)
 
@@ -62,12 +66,24 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     places = link_ids.get_indexer(pd.Index(wanted, dtype=link_ids.dtype))
     for number, place in enumerate(np.flatnonzero(places < 0)):
         close = number < SUGGESTED
-        near = difflib.get_close_matches(wanted[place], link_ids, n=3) if close else []
-        advice = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
+        advice = did_you_mean(wanted[place], link_ids) if close else ""
         what = f"the network has no such link_id{advice}"
         faults.add(what, column="links", value=wanted[place])
     named = np.zeros(len(link_ids), bool)
     named[places[places >= 0]] = True
+    return named
+
+
+def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:
+    """Return which links have the name of a street; names near to one that none has are told."""
+    if "name" not in links or links["name"].isna().all():
+        faults.add("the links of the network have no names", column="street", value=street)
+        return np.zeros(len(links), bool)
+    named = np.asarray(links["name"] == street, bool)
+    if not named.any():
+        names = links["name"].dropna().astype(str).unique().tolist()
+        what = f"no link has this name{did_you_mean(street, names)}"
+        faults.add(what, column="street", value=street)
     return named
 
 
