@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -14,7 +13,7 @@ from typing import Any, Protocol
 from pipeline.config_file import config_of
 from pipeline.dry_run import dry_run_text, write_changes
 from pipeline.progress import Watch
-from pipeline.runs import RunFolder, record_file
+from pipeline.runs import FileRecord, RunFolder, record_file
 from pipeline.simulate import STAGE as SIMULATE
 from pipeline.stages import Run, code_digest, versions
 from pipeline.study_config import StudyFile, UntilSection, read_study
@@ -53,6 +52,10 @@ class Runner(Protocol):
 class Study:
     """A study under way.
 
+    files
+        the study and its base as they were at the beginning
+    text
+        what the study's file said then
     reports
         of the runs done, by scenario and seed
     """
@@ -62,6 +65,8 @@ class Study:
     command: Sequence[str]
     watch: Watch
     seeds: Seeds
+    files: Mapping[str, FileRecord]
+    text: bytes
     reports: dict[tuple[str, int], Report] = field(default_factory=dict)
 
     @property
@@ -128,7 +133,9 @@ def _begin(order: Order, watch: Watch) -> Study:
         raise InputError([Fault(what, *origin, None, seeds.until.figure)])
     folder = StudyFolder((order.out / file.config.name).resolve())
     RunFolder(folder.path).create()
-    return Study(file, folder, order.command, watch, seeds)
+    files = {"file": record_file(file.path.resolve()), "base": record_file(file.config.base)}
+    text = file.path.read_bytes()
+    return Study(file, folder, order.command, watch, seeds, files, text)
 
 
 def _runner(order: Order, file: StudyFile) -> AbstractContextManager[Runner]:
@@ -232,7 +239,7 @@ def _write(
     folder, reports = study.folder, in_order(study, prepared)
     folder.write_figures(reports)
     with replace_when_complete(folder.path / STUDY) as path:
-        shutil.copyfile(study.file.path, path)
+        path.write_bytes(study.text)
     known = {(report.scenario, report.seed) for report in reports}
     waiting = [
         Report(name, seed, "failed", "", ["was not run"])
@@ -252,8 +259,7 @@ def _about(
     return {
         "name": file.config.name,
         "command": list(study.command),
-        "file": vars(record_file(file.path.resolve())),
-        "base": vars(record_file(file.config.base)),
+        **{name: vars(record) for name, record in study.files.items()},
         "scenarios": list(scenarios),
         "seeds": study.seeds.done,
         "versions": versions(),
