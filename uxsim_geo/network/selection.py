@@ -47,7 +47,10 @@ def select_links(
             link_ids = pd.Index(network.links["link_id"].astype(str))
         meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
-        meant &= rows_where(network.links, target.where, faults)
+        own = Faults()
+        meant &= rows_where(network.links, target.where, own)
+        for fault in own.found:
+            faults.add(fault.what, column="where", value=fault.value)
     if target.polygon is not None:
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":

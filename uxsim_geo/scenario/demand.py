@@ -137,7 +137,10 @@ def _changes(before: Demand, after: Demand) -> pd.DataFrame:
     """Vehicles by pair, and how much later they depart on average, before and after."""
     changes = Changes()
     both = [_by_pair(demand) for demand in (before, after)]
-    pairs = both[0].join(both[1], how="outer", lsuffix="_before", rsuffix="_after")
+    names = ("_before", "_after")
+    pairs = pd.concat(
+        [one.add_suffix(name) for one, name in zip(both, names, strict=True)], axis=1
+    ).sort_index()
     for name in ("vehicles", "mean_departure_s"):
         first, second = (pairs[f"{name}_{when}"].to_numpy(float) for when in ("before", "after"))
         differ = np.flatnonzero(~np.isclose(first, second, rtol=1e-9, atol=1e-9, equal_nan=True))
