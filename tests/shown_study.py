@@ -1,4 +1,4 @@
-"""A study of a few links with names that must come out as text, for tests of what is shown of it."""
+"""A study of a few links, with names that must come out as text, for tests of what is shown."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from functools import cache
 
 import pandas as pd
-from compared import example_comparison, placed, run, BASE
+from compared import BASE, example_comparison, placed, run
 
 from uxsim_geo.analysis.comparison.comparing import compare
 from uxsim_geo.analysis.comparison.comparison import Comparison, Facts

@@ -84,7 +84,7 @@ class ChangeClass(NamedTuple):
 
 def shown_of_links(study: Study, *, relative: bool) -> list[Shown]:
     """What maps of the whole run show."""
-    names = ("delay_veh_h", "volume_veh", "speed_kmh", "experienced_travel_time_s")
+    names = ("delay_veh_h", "volume_veh", "speed_kmh", "experienced_travel_time_s", "queue_m")
     tables = [comparison_of(entry).links for entry in study.compared]
     return _shown(_named(LINKS, names), tables, relative=relative)
 
