@@ -37,7 +37,10 @@ def corridor_times(
     edges = np.append(grid.begin, grid.end[-1])
     drives = _Drives(result, network)
     ids = pd.Index(network.links["link_id"].astype(str))
-    instantaneous = grid.values("instantaneous_travel_time")
+    # of a link that nobody is on, closed or not, the speed is not known
+    instantaneous = np.where(
+        grid.values("time") > 0, grid.values("instantaneous_travel_time"), np.nan
+    )
     tables = [_table("", edges, np.zeros((3, 0)))]
     for name, link_ids in corridors.items():
         path = ids.get_indexer(pd.Index(link_ids, dtype=object)).astype(np.int64)

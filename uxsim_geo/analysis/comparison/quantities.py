@@ -139,7 +139,7 @@ CORRIDORS = (
         "instantaneous_travel_time_s",
         "travel time at the speeds of the bin",
         "s",
-        "sum of length / speed of its links; a link that nobody was on at its free speed",
+        "sum of length / speed of its links; none where nobody was on one of them",
         LESS,
     ),
 )
