@@ -12,6 +12,7 @@ from compared import run as run_placed
 from drives import Drive, crowded_grid, result_of
 from small_networks import link, network
 
+from uxsim_geo.analysis.areas import area_pairs
 from uxsim_geo.analysis.comparison.comparing import compare
 from uxsim_geo.analysis.comparison.comparison import Facts
 from uxsim_geo.analysis.comparison.corridors import check_corridors
@@ -200,3 +201,29 @@ def test_zones_are_those_asked_for() -> None:
     ends = ["origin_zone", "destination_zone"]
     assert found.zone_pairs[ends].to_numpy().tolist() == [["west", "middle"]]
     assert found.trips[ends].to_numpy().tolist() == [["west", "middle"]]
+
+
+def test_pairs_of_zones_are_those_of_the_analysis() -> None:
+    """Where a node is in several zones too: the plain table of areas says the same."""
+    of, result = crowded_grid()
+    zones = {"left": ["0,0", "1,0", "2,0"], "top": ["0,0", "0,1", "0,2"], "end": ["4,4", "4,3"]}
+    found = measure(result, of, MeasureOptions(300.0, zones=zones)).zone_pairs
+    expected = area_pairs(result, of, zones)
+    for end in ("origin", "destination"):
+        assert found[f"{end}_zone"].tolist() == expected[f"{end}_area"].astype(str).tolist()
+    names = {
+        "demanded_veh": "vehicles_demanded",
+        "unfinished_veh": "vehicles_unfinished",
+        "travel_time_s": "travel_time_so_far_s",
+        "delay_s": "delay_so_far_s",
+    }
+    for name, other in names.items():
+        assert found[name].to_numpy() == pytest.approx(expected[other].to_numpy(), nan_ok=True)
+
+
+def test_zones_of_unknown_nodes_or_none_are_refused() -> None:
+    waits = result_of(ROAD, [Drive("a", "c", 0.0, status="waiting")], 600.0)
+    with pytest.raises(InputError) as error:
+        measure(waits, ROAD, MeasureOptions(zones={"east": [], "west": ["a", "z"]}))
+    assert [fault.column for fault in error.value.faults] == ["east", "west"]
+    assert error.value.faults[1].value == "z"
