@@ -177,7 +177,8 @@ def look(package, folder):
         "mode": project.readNumEntry("TemporalControllerWidget", "/NavigationMode")[0],
     }
     times = []
-    states = next((key for key in layers if key.startswith(STATES)), None)
+    visible = [found.layerId() for found in project.layerTreeRoot().findLayers()]
+    states = next((key for key in visible if key.startswith(STATES)), None)
     if states is not None:
         times = frames(project)
         told["frames"] = [rows_at(layers[states], time) for time in times]

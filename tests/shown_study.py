@@ -26,11 +26,12 @@ START = datetime(2026, 3, 4, 7, 30, tzinfo=UTC)
 
 
 def named(network: Network) -> Network:
-    """The network with streets of those names."""
+    """The network with streets of those names, and all that a nodes table has."""
     links = network.links.assign(
         name=[EVIL[number % len(EVIL)] for number in range(len(network.links))]
     )
-    return replace(network, links=links)
+    nodes = network.nodes.assign(control="none", through_traffic=True)
+    return replace(network, links=links, nodes=nodes)
 
 
 def about(name: str = EVIL[1]) -> RunDescription:

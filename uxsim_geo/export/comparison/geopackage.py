@@ -58,10 +58,9 @@ def contents_of(file: str, study: Study) -> Contents:
         words |= {names[part]: titled_for(layer, entry.name) for part, layer in OF_SCENARIO.items()}
         layers |= _layers(study, entry, names)
         styles |= found.of(names, words)
-        values = f"link_time_values_{short}"
-        in_time.append(
-            InTime(names["links"], values, names["link_times"], names["link_states"], OF_LINK)
-        )
+        tables = (f"link_time_values_{short}", f"time_bins_{short}")
+        views = (names["link_times"], names["link_states"])
+        in_time.append(InTime(names["links"], *tables, *views, OF_LINK))
         groups[entry.name] = list(names.values())
     layers |= tables_of_all(study)
     words |= OF_ALL

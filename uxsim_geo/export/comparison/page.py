@@ -24,7 +24,7 @@ from uxsim_geo.export.comparison.rows import (
     zone_rows,
 )
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of
-from uxsim_geo.export.comparison.words import answer, number
+from uxsim_geo.export.comparison.words import answer, noticed, number
 from uxsim_geo.export.page.headlines import times_in_words
 from uxsim_geo.export.page.rows import fact_rows
 from uxsim_geo.export.page.template import Template, rendered
@@ -71,6 +71,7 @@ def page(study: Study) -> str:
         blocks=[_block(study, entry) for entry in compared],
         pairing=pairing_rows(study),
         failed=study.failed,
+        noticed=noticed(),
         times=times_in_words(study.about.start),
         facts=fact_rows(study.about.information),
         parts=parts_of(study) if compared else {},

@@ -74,7 +74,7 @@ def short_names(names: Iterable[str]) -> list[str]:
     taken: set[str] = set()
     found = []
     for name in names:
-        plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
+        plain = unicodedata.normalize("NFKD", name.casefold()).encode("ascii", "ignore").decode()
         short = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")[:40] or "scenario"
         own, number = short, 1
         while own in taken:

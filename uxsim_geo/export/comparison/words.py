@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
+from uxsim_geo.analysis.comparison.winners import NOTICED
 from uxsim_geo.export.comparison.study import Scenario, comparison_of
 from uxsim_geo.export.map_sheet import in_words
 from uxsim_geo.export.street_names import street_names
@@ -134,8 +135,13 @@ def _winners(comparison: Comparison) -> Iterator[str]:
     rest = f"; of {unknown} % the end was not seen" if row["undetermined_share"] > 0.0005 else ""
     yield (
         f"Of {row['vehicles']:,.0f} vehicles, {gain} % arrive noticeably earlier and {lose} % "
-        f"noticeably later, by more than 30 s and 5 % of their trip{rest}."
+        f"noticeably later, by more than {noticed()} of their trip{rest}."
     )
+
+
+def noticed() -> str:
+    """From what change on somebody gains or loses."""
+    return f"{NOTICED.seconds:g} s and {100 * NOTICED.share:g} %"
 
 
 def _links(scenario: Scenario, comparison: Comparison) -> Iterator[str]:
