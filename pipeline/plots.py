@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.attribution import attribution
 from pipeline.config import Config
 from pipeline.config_keys import ChosenLinks
 from pipeline.material import Material
@@ -132,10 +133,13 @@ def _faults_of_region(region: ChosenLinks, network: Network) -> Iterator[tuple[s
 
 def write_plot(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
     """Draw a plot and write it; ``progress`` is told how far a film has come."""
+    from uxsim_geo.export.attribution import add_attribution
     from uxsim_geo.export.saving import save_figure
 
     if entry.plot in FIGURES:
-        save_figure(FIGURES[entry.plot](material, entry), path)
+        figure = FIGURES[entry.plot](material, entry)
+        add_attribution(figure, attribution(material.config))
+        save_figure(figure, path)
     else:
         FILMS[entry.plot](material, entry, path, progress)
 
@@ -266,7 +270,14 @@ def _network_anim(material: Material, entry: PlotEntry, path: Path, progress: Pr
     from uxsim_geo.export.moving_links import animate_links
 
     states = _states(material, entry)
-    animate_links(material.network, states, path, frame_ms=entry.frame_ms, progress=progress)
+    animate_links(
+        material.network,
+        states,
+        path,
+        frame_ms=entry.frame_ms,
+        attribution=attribution(material.config),
+        progress=progress,
+    )
 
 
 def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
@@ -282,6 +293,7 @@ def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: P
         path,
         frame_ms=entry.frame_ms,
         trail=entry.trail,
+        attribution=attribution(material.config),
         progress=progress,
     )
 

@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from newell_link import network_of
+from pyproj import CRS
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_totals
@@ -158,6 +159,23 @@ def test_degrees_become_metres_of_equal_scale() -> None:
     assert plane.metres_per_unit == 1
     lengths = [line.length for line in plane.lines]
     assert lengths == pytest.approx([1000, 1000], rel=5e-3)
+
+
+@pytest.mark.parametrize(("pole", "latitude"), [("EPSG:32661", 87.0), ("EPSG:32761", -85.0)])
+def test_near_a_pole_there_are_metres_too(pole: str, latitude: float) -> None:
+    # a degree along a meridian is 111.7 km there; the polar grids shrink it by up to 0.6 %
+    ends = [Point(20.0, latitude), Point(20.0, latitude + 0.009)]
+    plain = network_of([{}, {"from_node_id": "b", "to_node_id": "a"}])
+    lines = [LineString(ends), LineString(ends[::-1])]
+    network = Network(
+        gpd.GeoDataFrame(plain.nodes, geometry=ends, crs="EPSG:4326"),
+        gpd.GeoDataFrame(plain.links, geometry=lines, crs="EPSG:4326"),
+    )
+    plane = MapPlane.of(network)
+    assert plane.metres_per_unit == 1
+    assert [line.length for line in plane.lines] == pytest.approx([1005.0, 1005.0], rel=8e-3)
+    assert plane.crs == CRS.from_user_input(pole)
+    assert network_state_figure(network, link_totals(states_with_a_queue(network)), "t").axes
 
 
 def test_the_scale_bar_is_round_in_metres_whatever_the_unit() -> None:

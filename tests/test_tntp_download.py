@@ -62,6 +62,7 @@ def write_collection(path: Path, url: str) -> None:
         f'url = "{url}/{{commit}}"',
         'citation = "Small Networks for Tests"',
         f'terms = "{TERMS}"',
+        f'credit = "Small Networks, {TERMS}"',
     ]
     for name, roles in (("Small-Town", ("net", "nodes", "trips")), ("Tripless", ("net",))):
         lines += [f"[networks.{name}]", f'about = "{name}, for tests"', 'note = "not to scale"']

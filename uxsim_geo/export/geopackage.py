@@ -109,11 +109,10 @@ def _write_tables(path: Path, contents: Contents) -> None:
 
 
 def _add_times(database: sqlite3.Connection, contents: Contents, stamp: str) -> None:
-    """The bins, which all have in common, and the views."""
-    for number, names in enumerate(contents.in_time):
-        if number == 0:
-            links = len(contents.layers[names.links])
-            add_bins(database, contents.layers[names.times], links)
+    """The bins of links in time, and their views."""
+    for names in contents.in_time:
+        links, times = contents.layers[names.links], contents.layers[names.times]
+        add_bins(database, names, times, len(links))
         add_views(database, names, contents.words, stamp)
 
 

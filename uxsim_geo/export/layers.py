@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from datetime import datetime, timedelta
+from datetime import datetime
 
 import numpy as np
 import pandas as pd
@@ -53,7 +53,10 @@ def links_layer(
 def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) -> pd.DataFrame:
     """One row a link and time bin; begin and end on the clock that shows ``start`` at 0 s.
 
-    end lies one second before the next begin, so that a temporal map shows one bin at a time.
+    end lies one second before the next begin, so that a temporal map shows one bin at a time; a bin
+    of a second or less, as the last one may be, ends where it begins.
+
+    Raises :class:`uxsim_geo.errors.InputError` unless states are those of all links in all bins.
     """
     bins = len(StateGrid.of_all(states, network).begin)
     links = pd.DataFrame(
@@ -64,7 +67,7 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
     )
     layer = pd.DataFrame({"link_id": links["link_id"].astype(str)})
     layer["begin"] = clock(states["begin_s"], start)
-    layer["end"] = clock(states["end_s"], start - timedelta(seconds=1))
+    layer["end"] = clock((states["end_s"] - 1.0).clip(lower=states["begin_s"]), start)
     layer["flow_vph"] = states["flow"] * PER_HOUR
     layer["density_vpkm"] = states["density"] * PER_KM
     layer["entries_veh"] = states["entries"]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.projection import metres_around
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class MapPlane:
     def of(cls, network: Network) -> MapPlane:
         """Project geographic coordinates to the UTM zone of the network, take others as they are.
 
-        Raises ValueError if the network has no geometry.
+        Near a pole, where there are no zones, the system is that of the pole. Raises ValueError if
+        the network has no geometry.
         """
         if "geometry" not in network.links.columns or "geometry" not in network.nodes.columns:
             raise ValueError("this network has no geometry: there is no map to draw")
@@ -46,8 +48,8 @@ class MapPlane:
         links = gpd.GeoSeries(network.links["geometry"], crs=getattr(network.links, "crs", None))
         nodes = gpd.GeoSeries(network.nodes["geometry"], crs=links.crs)
         if links.crs is not None and links.crs.is_geographic:
-            utm = links.estimate_utm_crs()
-            links, nodes = links.to_crs(utm), nodes.to_crs(utm)
+            metres = metres_around(nodes)
+            links, nodes = links.to_crs(metres), nodes.to_crs(metres)
         points = shapely.get_coordinates(nodes.to_numpy())
         scale = links.crs.axis_info[0].unit_conversion_factor if links.crs else None
         return cls(shapely.force_2d(links.to_numpy()), points, scale, links.crs)

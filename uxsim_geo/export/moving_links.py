@@ -9,6 +9,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.export.attribution import add_attribution
 from uxsim_geo.export.film import (
     MovingMap,
     Progress,
@@ -24,19 +25,21 @@ from uxsim_geo.network.network import Network
 SHOWN_SHARES = (0.2, 0.5, 1.0)  # of jam density, in the legend
 
 
-def animate_links(
+def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alone
     network: Network,
     states: pd.DataFrame,
     path: Path,
     *,
     frame_ms: float,
+    attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
     """Write a moving map with a picture a time bin: width is density, colour speed.
 
     ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`; a link at jam density
     is as wide as a link can be, and the slowest lie on top. The ending of ``path`` is .gif or .mp4;
-    a picture lasts ``frame_ms``; ``progress`` is told the share that is done. Raises
+    a picture lasts ``frame_ms``; ``attribution`` is named at its foot; ``progress`` is told the
+    share that is done. Raises
     :class:`uxsim_geo.errors.InputError` for a film that cannot be written or states that are not
     those of all links in all bins, and ValueError if the network has no geometry.
     """
@@ -49,6 +52,7 @@ def animate_links(
     roads = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
     sheet.draw_roads(roads)
     sheet.draw_scale()
+    add_attribution(sheet.figure, attribution)
     share, percent = _shares(network, grid)
     begin, end = grid.begin, grid.end
     lines = points_of(roads)

@@ -46,6 +46,12 @@ class RunDescription:
             raise ValueError(f"start needs a time zone, for instance UTC: {self.start.isoformat()}")
 
     @property
+    def run_info(self) -> dict[str, object]:
+        """What ``run_info`` holds: the information, and who is to be named."""
+        named = {"attribution": self.attribution} if self.attribution else {}
+        return {**self.information, **named}
+
+    @property
     def reaction_time(self) -> float | None:
         """τ of the run in s, as ``information`` tells it; None if it does not."""
         value = self.information.get("reaction_time_s")

@@ -151,7 +151,8 @@ def _statuses(statuses: pd.DataFrame) -> Iterator[str]:
     for side, other, name in ((0, 1, "base"), (1, 0, "scenario")):
         alone = statuses[arrived[side] & ~arrived[other] & there[other]]
         if len(alone):
-            yield f"{alone['vehicles'].sum():,.1f} vehicles arrive in the {name} alone."
+            number = f"{alone['vehicles'].sum():,.1f}".removesuffix(".0")
+            yield f"{number} vehicles arrive in the {name} alone."
 
 
 def _some(names: list[str]) -> str:

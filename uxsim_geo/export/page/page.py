@@ -8,9 +8,7 @@ draws the map, and its own scripts are the files beside this module.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -22,11 +20,11 @@ from uxsim_geo.export.page.bottlenecks import bottlenecks
 from uxsim_geo.export.page.document import Tables, document, link_columns
 from uxsim_geo.export.page.headlines import headlines, times_in_words
 from uxsim_geo.export.page.levels import first_of_merged, levels
-from uxsim_geo.export.page.libraries import maplibre
 from uxsim_geo.export.page.over_time import over_time
 from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_rows
 from uxsim_geo.export.page.places import Places
 from uxsim_geo.export.page.rows import fact_rows, note_rows, worst_rows
+from uxsim_geo.export.page.template import FOLDER, Template, rendered
 from uxsim_geo.export.page.worst_places import worst_places
 from uxsim_geo.export.page.zones import zones
 from uxsim_geo.export.run_description import RunDescription
@@ -63,14 +61,13 @@ def page(run: Run, about: RunDescription) -> str:
     Raises :class:`uxsim_geo.errors.InputError` unless the states are those of all links in all
     bins, and RuntimeError where MapLibre GL JS is not installed.
     """
-    library = maplibre()
     grid = StateGrid.of_all(run.states, run.network)
     places = Places.of(run.network)
     tables = _tables(run, grid, places)
     edges = tables.network.edges
-    return _rendered(
+    return rendered(
+        Template(FOLDER, TEMPLATE, (STYLE,), SCRIPTS),
         about=about,
-        library=library,
         headlines=headlines(
             summary(run.result, run.network), tables.network, tables.places, about.start
         ),
@@ -110,25 +107,3 @@ def _parts(run: Run, about: RunDescription, tables: Tables, places: Places) -> d
         "speed": packed_rows(tables.levels.speed),
         "queue": packed_rows(tables.levels.queue),
     }
-
-
-def _rendered(**values: Any) -> str:
-    """The template with everything in it; what is not marked as safe is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    library = values.pop("library")
-    folder = files("uxsim_geo.export.page")
-    own = {name: (folder / name).read_text(encoding="utf-8") for name in (STYLE, *SCRIPTS)}
-    environment = Environment(
-        loader=PackageLoader("uxsim_geo.export.page", ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template(TEMPLATE).render(
-        styles=[library.style, own[STYLE]],
-        scripts=[library.script, *(own[name] for name in SCRIPTS)],
-        **values,
-    )

@@ -77,7 +77,7 @@ def place_parts(network: Network, choice: Choice, frame: Frame, look: Look) -> d
     """Parts of a scene: ``notes``, a line a place, and ``marks``, their numbers on poles."""
     found = places(network, choice)
     lines = [
-        f"{number}  {_cut(place.name)}: {in_words(place.lost)}, "
+        f"{number}  {cut(place.name)}: {in_words(place.lost)}, "
         f"{look.clock(place.begin)}–{look.clock(place.end)}, down to {place.speed:.0f} km/h"
         for number, place in enumerate(found, 1)
     ]
@@ -85,21 +85,20 @@ def place_parts(network: Network, choice: Choice, frame: Frame, look: Look) -> d
     texts = [str(number) for number in range(1, len(found) + 1)]
     return {
         "notes": np.array(heading + lines, dtype=str),
-        "marks.points": _tops(found, frame),
+        "marks.points": tops([place.link for place in found], frame),
         "marks.texts": np.array(texts, dtype=str),
     }
 
 
-def _cut(name: str) -> str:
+def cut(name: str) -> str:
     """A name that leaves room for the colour bar beside it."""
     return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
 
 
-def _tops(found: list[Place], frame: Frame) -> Any:
-    """Ends of poles at the worst link of each place, above all walls."""
+def tops(rows: list[int], frame: Frame) -> Any:
+    """Ends of poles at some links (their rows), above all walls."""
     import shapely
 
-    rows = [place.link for place in found]
     middles = shapely.line_interpolate_point(frame.plane.lines[rows], 0.5, normalized=True)
     xy = frame.on_ground(shapely.get_coordinates(middles))
     points = np.column_stack([xy, np.zeros(len(xy))])
