@@ -16,6 +16,7 @@ from pipeline.progress import Watch
 from pipeline.runs import FileRecord, RunFolder, record_file
 from pipeline.simulate import STAGE as SIMULATE
 from pipeline.stages import Run, code_digest, versions
+from pipeline.study_comparison import Compared
 from pipeline.study_config import StudyFile, UntilSection, read_study
 from pipeline.study_dask import Dask
 from pipeline.study_folder import FIGURES, STUDY, StudyFolder, StudyManifest, machine, run_entry
@@ -90,18 +91,22 @@ def run_study(order: Order, watch: Watch) -> list[str]:
             try:
                 _run_all(study, runner, prepared)
             except BaseException:
-                _write(study, prepared, started, finished=False)
+                _write(study, prepared, started, (), finished=False)
                 raise
-        _write(study, prepared, started, finished=True)
+        compared, problems = _compare(study, prepared)
+        _write(study, prepared, started, compared, finished=True)
         count = f"{len(study.reports):,} runs in {time.perf_counter() - clock:.1f} s"
         _tell(study, f"study: {count}, figures in {study.folder.path / FIGURES}")
-    return [
-        f"{report.scenario}, seed {report.seed}: {problem}; {report.words}"
-        if report.status == "failed"
-        else f"{report.scenario}, seed {report.seed}: {problem}"
-        for report in in_order(study, prepared)
-        for problem in report.problems
-    ]
+    return [*_problems(in_order(study, prepared)), *problems]
+
+
+def _problems(reports: Sequence[Report]) -> list[str]:
+    found = []
+    for report in reports:
+        details = f"; {report.words}" if report.status == "failed" else ""
+        run = f"{report.scenario}, seed {report.seed}"
+        found += [f"{run}: {problem}{details}" for problem in report.problems]
+    return found
 
 
 def dry_run(order: Order, watch: Watch) -> tuple[str, Path]:
@@ -155,8 +160,8 @@ def _preparation(study: Study) -> Preparation:
 def _prepare(study: Study) -> dict[str, Prepared]:
     """Read the base, check all edits against it, and make the tables of every scenario."""
     preparation = _preparation(study)
-    scenarios, _ = preparation.scenarios()
-    return preparation.prepared(scenarios)
+    scenarios, tables = preparation.scenarios()
+    return preparation.prepared(scenarios, tables)
 
 
 def _clear(study: Study) -> None:
@@ -217,6 +222,16 @@ def _tell_of_run(study: Study, report: Report, total: int) -> None:
     study.watch.counted(done, total)
 
 
+def _compare(study: Study, prepared: Mapping[str, Prepared]) -> tuple[Sequence[str], Sequence[str]]:
+    """Write the comparison that the study asks for; the files' names, and what went wrong."""
+    which = study.file.config.comparison
+    if which == "none":
+        return (), ()
+    reports = in_order(study, prepared)
+    compared = Compared(study.file.config.name, study.folder, prepared, reports)
+    return compared.write(which, study.folder.log)
+
+
 def _is_enough(study: Study, until: UntilSection, scenarios: Sequence[str]) -> bool:
     figures = {
         key: report.figures.get(until.figure)
@@ -233,7 +248,12 @@ def _is_enough(study: Study, until: UntilSection, scenarios: Sequence[str]) -> b
 
 
 def _write(
-    study: Study, prepared: Mapping[str, Prepared], started: datetime, *, finished: bool
+    study: Study,
+    prepared: Mapping[str, Prepared],
+    started: datetime,
+    compared: Sequence[str],
+    *,
+    finished: bool,
 ) -> None:
     """Write the figures and the manifest, of what has been done."""
     folder, reports = study.folder, in_order(study, prepared)
@@ -249,7 +269,7 @@ def _write(
     ]
     runs = [run_entry(report) for report in (*reports, *waiting)]
     about = _about(study, list(prepared), started, finished=finished)
-    folder.write_manifest(StudyManifest(about, runs, folder.record(FIGURES, STUDY)))
+    folder.write_manifest(StudyManifest(about, runs, folder.record(FIGURES, STUDY, *compared)))
 
 
 def _about(

@@ -21,6 +21,7 @@ BASE = CONFIG.replace("duration_s: 1200", "duration_s: 900")
 STUDY = """name: study
 base: small.yaml
 seeds: 3
+comparison: none
 scenarios:
   nothing: []
   larger: [{simulate: {platoon_size: 10}}]

@@ -129,7 +129,7 @@ def test_an_edited_base_repeats_all(tmp_path: Path) -> None:
 
 
 def test_edited_tables_are_those_of_an_ordinary_run(tmp_path: Path) -> None:
-    text = "base: small.yaml\nseeds: 1\nscenarios:\n  slow:\n"
+    text = "base: small.yaml\nseeds: 1\ncomparison: none\nscenarios:\n  slow:\n"
     text += '    - {set: {links: ["3-4"], free_speed_kmh: 30}}\n'
     text += "    - {scale_demand: {factor: 0.5}}\n"
     write_study(tmp_path, text)
@@ -210,6 +210,24 @@ def test_runs_need_the_results_folder_alone(
     (copy,) = (tmp_path / "runs/study/inputs").iterdir()
     assert f"../../../inputs/{copy.name}" in config
     assert copy.read_bytes() == content
+
+
+def test_a_study_ends_with_its_comparison(tmp_path: Path) -> None:
+    write_study(tmp_path, STUDY.replace("comparison: none", "comparison: tables"))
+    study(tmp_path)
+    folder = tmp_path / "runs/study"
+    totals = pd.read_csv(folder / "comparison/totals.csv")
+    nothing = totals[totals["compared"] == "nothing"]
+    assert len(nothing) > 10
+    assert (nothing["difference"].dropna() == 0.0).all()
+    larger = totals[totals["compared"] == "larger"].set_index("figure")
+    assert larger.loc["total_travel_time_veh_h", "difference"] != 0.0
+    assert {"comparison/totals.csv", "figures.csv", "study.yaml"} <= set(
+        manifest(tmp_path)["outputs"]
+    )
+    write_study(tmp_path)
+    study(tmp_path)
+    assert not (folder / "comparison/totals.csv").exists()  # of the study as it was before
 
 
 WRONG = {

@@ -63,6 +63,7 @@ seeds:
   minimum: 2
   step: 1
   maximum: 4
+comparison: none
 scenarios:
   larger: [{{simulate: {{platoon_size: 10}}}}]
 """
