@@ -265,7 +265,8 @@ def test_the_map_shows_links_added_removed_and_closed(study: Study, tmp_path: Pa
     nodes = gpd.read_file(path, layer="changes_at_nodes")
     assert nodes["kind"].tolist() == ["turn banned"]
     other = pyogrio.read_dataframe(path, layer="other_changes")
-    assert other["what"].tolist() == ["mean_departure_s 2400 → 2460"]
+    told = ["1 pair", "demand", "mean_departure_s: 2,400 → 2,460", "shift_demand (line 10)"]
+    assert other[["id", "kind", "what", "edits"]].to_numpy().tolist() == [told]
     styles = pyogrio.read_dataframe(path, layer="layer_styles")
     assert "WHEN \"kind\" = 'closed' THEN 2" in styles["styleQML"].iloc[0].replace("&quot;", '"')
 

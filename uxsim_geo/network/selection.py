@@ -19,6 +19,9 @@ from uxsim_geo.network.network import Network
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
 SUGGESTED = 5
 
+#: stands between the names of links that were joined into one
+JOINED_BY = "; "
+
 _PARTS = ("touching", "inside", "entering", "leaving")
 _WKT = re.compile(r"\s*((MULTI)?(POINT|LINESTRING|POLYGON)|GEOMETRYCOLLECTION)\b", re.IGNORECASE)
 
@@ -78,14 +81,19 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
 
 
 def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:
-    """Return which links have the name of a street; names near to one that none has are told."""
+    """Return which links have the name of a street, alone or among those of joined links.
+
+    Names near to one that none has are told.
+    """
     if "name" not in links or links["name"].isna().all():
         faults.add("the links of the network have no names", column="street", value=street)
         return np.zeros(len(links), bool)
-    named = np.asarray(links["name"] == street, bool)
+    names = links["name"].astype("str").reset_index(drop=True)
+    names = names.str.split(JOINED_BY).explode().dropna()
+    named = np.zeros(len(links), bool)
+    named[names.index[names == street]] = True
     if not named.any():
-        names = links["name"].dropna().astype(str).unique().tolist()
-        what = f"no link has this name{did_you_mean(street, names)}"
+        what = f"no link has this name{did_you_mean(street, names.unique().tolist())}"
         faults.add(what, column="street", value=street)
     return named
 
