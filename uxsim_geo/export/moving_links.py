@@ -20,6 +20,7 @@ from uxsim_geo.export.film import (
     write_film,
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 SHOWN_SHARES = (0.2, 0.5, 1.0)  # of jam density, in the legend
@@ -31,6 +32,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
     path: Path,
     *,
     frame_ms: float,
+    driving_side: DrivingSide = "right",
     attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
@@ -48,7 +50,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
     check_film(path, frame_ms)
     grid = StateGrid.of_all(states, network)
     check_pictures(len(grid.begin), "bin_s", float(grid.end[0] - grid.begin[0]))
-    sheet = MapSheet.of(network, "")
+    sheet = MapSheet.of(network, "", driving_side)
     roads = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
     sheet.draw_roads(roads)
     sheet.draw_scale()

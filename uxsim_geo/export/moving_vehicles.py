@@ -27,6 +27,7 @@ from uxsim_geo.export.film import (
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, speed_scale
 from uxsim_geo.export.trails import trails
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     *,
     frame_ms: float,
     trail: int = TRAIL,
+    driving_side: DrivingSide = "right",
     attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
@@ -65,7 +67,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     _check_trail(trail)
     number, moments = _moments(samples, passages.end)
     check_pictures(moments.size, "interval", samples.interval)
-    sheet = MapSheet.of(network, "")
+    sheet = MapSheet.of(network, "", driving_side)
     roads = sheet.beside(np.full(len(sheet.plane.lines), _dot_size(sheet)))
     sheet.draw_roads(roads)
     sheet.draw_scale()
