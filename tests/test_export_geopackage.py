@@ -74,13 +74,13 @@ STATE_COLUMNS = (
 )
 COLUMNS = {
     "nodes": "node_id zone_id control through_traffic",
-    "links": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
+    "links": "link_id from_node_id to_node_id name ref road_class length_m lanes free_speed_kmh "
     "jam_density_vpkm_per_lane capacity_vph effective_capacity_vph merge_priority lanes_source "
     f"free_speed_source source_id volume_veh {STATE_COLUMNS}",
     "link_times": "link_id begin end flow_vph density_vpkm entries_veh exits_veh "
     f"{STATE_COLUMNS} instantaneous_travel_time_s",
-    "link_states": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
-    "jam_density_vpkm_per_lane effective_capacity_vph "
+    "link_states": "link_id from_node_id to_node_id name ref road_class length_m lanes "
+    "free_speed_kmh jam_density_vpkm_per_lane effective_capacity_vph "
     f"begin end flow_vph density_vpkm entries_veh exits_veh {STATE_COLUMNS} "
     "instantaneous_travel_time_s",
     "od_lines": "origin destination cell_m beeline_m demanded_veh departed_veh completed_veh "
@@ -106,7 +106,7 @@ def test_columns_are_empty_only_where_the_page_says() -> None:
     nobody = ["speed_kmh", "speed_ratio", "experienced_travel_time_s", "delay_s"]
     for layer in (links_layer(network, states, 1.0), link_times_layer(network, states, START)):
         empty = {name for name in layer.columns if layer[name].isna().all()}
-        assert empty - {"source_id", "zone_id"} == set(nobody)
+        assert empty - {"source_id", "zone_id", "ref"} == set(nobody)
 
 
 def test_figures_are_in_the_units_of_their_names(package: Path) -> None:

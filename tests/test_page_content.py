@@ -156,15 +156,15 @@ def test_the_worst_street_is_that_before_the_bottleneck() -> None:
     assert worst["bin"] == delay[:2].sum(axis=0).argmax()
     share = 100 * delay[:2].sum() / delay.sum()
     assert f"most was lost on High Street ({share:.0f} %)" in text
-    ends = [content["bottlenecks"]["links"][row] for row in range(3)]
+    ends = [content["junctions"]["links"][row] for row in range(3)]
     assert ends[1] >= 0
-    assert content["bottlenecks"]["largest_min"] == pytest.approx(delay[1].max() / 60)
+    assert content["junctions"]["largest_min"] == pytest.approx(delay[1].max() / 60)
 
 
 def test_nobody_on_the_road_makes_a_page_too() -> None:
     roads = network([link("a", "1", "2")])
     text = page(run_of(roads, demand(("1", "2", 4000.0, 4100.0, 50.0))), ABOUT)
-    assert "Nobody was delayed." in text
+    assert "Nobody lost time on the links." in text
     assert (codes(text, "density") == 0).all()
 
 

@@ -44,9 +44,9 @@ def write_geopackage(
     ``layers`` by name, as :func:`uxsim_geo.export.layers.layers_of_run` makes them; ``links`` is
     needed. A network whose CRS is None is written as plane coordinates of an undefined system; one
     without geometry gives tables. The same input gives the same bytes: every time stamp in the file
-    is ``description.start``. The file replaces an existing one when it is complete.
+    is ``description.origin``. The file replaces an existing one when it is complete.
     """
-    stamp = pd.Timestamp(description.start).tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%S.000Z")
+    stamp = pd.Timestamp(description.origin).tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%S.000Z")
     with replace_when_complete(path) as temporary:
         with _time_stamps_of_gdal(stamp):
             for name, layer in layers.items():

@@ -35,7 +35,9 @@ def links_layer(
     """
     StateGrid.of_all(states, network)
     links, totals = network.links.reset_index(drop=True), link_totals(states)
-    layer = links[["link_id", "from_node_id", "to_node_id", "name", "road_class"]].copy()
+    layer = links[["link_id", "from_node_id", "to_node_id", "name"]].copy()
+    layer["ref"] = links["ref"] if "ref" in links else pd.array([pd.NA] * len(links), "string")
+    layer["road_class"] = links["road_class"]
     layer["length_m"] = links["length"]
     layer["lanes"] = links["lanes"]
     layer["free_speed_kmh"] = links["free_speed"] * KMH
@@ -63,8 +65,8 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
         }
     )
     layer = pd.DataFrame({"link_id": links["link_id"].astype(str)})
-    layer["begin"] = clock(states["begin_s"], start)
-    layer["end"] = clock(states["end_s"], start - timedelta(seconds=1))
+    layer["begin"] = instants(states["begin_s"], start)
+    layer["end"] = instants(states["end_s"], start - timedelta(seconds=1))
     layer["flow_vph"] = states["flow"] * PER_HOUR
     layer["density_vpkm"] = states["density"] * PER_KM
     layer["entries_veh"] = states["entries"]
@@ -117,7 +119,7 @@ def _add_fullness(layer: pd.DataFrame, figures: pd.DataFrame) -> None:
     layer["volume_to_capacity"] = figures["volume_to_capacity"]
 
 
-def clock(seconds: pd.Series, start: datetime) -> pd.Series:
+def instants(seconds: pd.Series, start: datetime) -> pd.Series:
     """UTC date-times, whole milliseconds, of seconds after ``start``."""
     begin = pd.Timestamp(start).tz_convert("UTC")
     milliseconds = pd.to_timedelta((seconds * 1000).round(), unit="ms")

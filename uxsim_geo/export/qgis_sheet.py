@@ -9,14 +9,17 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.findings import Findings
+from uxsim_geo.export.lost_time import Unit
 from uxsim_geo.export.map_plane import round_below
 from uxsim_geo.export.qgis_parts import Project, add_tree_layer, as_label, in_iso
 from uxsim_geo.network.measure import distances
 
 PAGE, LEGEND, MAP, PICTURE, LABEL, SCALE_BAR = 65638, 65642, 65639, 65640, 65641, 65646
 FONT = "Sans Serif"
+STREETS = 8  # for which there is room
 WHOLE, WORST = "{whole-run}", "{worst-bin}"
 
 
@@ -35,7 +38,8 @@ def add_sheet(layouts: Element, project: Project) -> None:
     sheet = SubElement(layouts, "Layout", layout)
     _add_item(SubElement(sheet, "PageCollection"), PAGE, _Place(0, 0, 297, 210))
     name, findings = project.description.name or "run", project.findings
-    _add_label(sheet, _Place(8, 6, 185, 9), name + _period(findings), 16, bold=True)
+    times = _Times.of(project)
+    _add_label(sheet, _Place(8, 6, 185, 9), name + times.period, 16, bold=True)
     words = [*findings.words]
     if project.description.information.get("gridlocked") is True:
         words.append("Gridlock: vehicles wait for one another in circles and can never move again.")
@@ -46,40 +50,67 @@ def add_sheet(layouts: Element, project: Project) -> None:
     _add_label(sheet, _Place(8, 34, width, 5), caption, 8)
     _add_map(sheet, _Place(8, 39, width, 122), project, "whole run: speed")
     if in_time:
-        worst = findings.begin[findings.worst], findings.end[findings.worst]
-        caption = f"Most time is lost from {_time(worst[0])} to {_time(_after(worst[1]))} UTC. "
+        bin_ = findings.lost.worst_bin
+        worst = findings.begin[bin_], findings.end[bin_]
+        caption = f"Most time is lost {times.of_bin(bin_)}{times.zone}. "
         caption += "Width: share of the road that is taken."
         _add_label(sheet, _Place(151, 34, width, 5), caption, 8)
         _add_map(sheet, _Place(151, 39, width, 122), project, "in time: speed", worst)
-        _add_label(sheet, _Place(199, 5, 90, 5), "Time lost in each bin, vehicle-hours", 8)
-        _add_picture(sheet, _Place(199, 9, 90, 24), _chart(findings))
+        _add_label(sheet, _Place(199, 5, 90, 5), "Time lost on links in each bin", 8)
+        _add_picture(sheet, _Place(199, 9, 90, 24), _chart(times))
     _add_legend(sheet, _Place(8, 163, 60, 38), project)
     if project.crs is not None:
         _add_scale_bar(sheet, _Place(84, 188, 60, 12), project)
         _add_picture(sheet, _Place(88, 166, 10, 16), _north())
-    _add_label(sheet, _Place(151, 163, 138, 40), _roads(findings), 9)
+    _add_label(sheet, _Place(151, 163, 138, 40), _streets(times), 9)
     _add_label(sheet, _Place(8, 203, 281, 4), _source(project), 7)
 
 
-def _period(findings: Findings) -> str:
-    if not findings.begin:
-        return ""
-    first, last = findings.begin[0], _after(findings.end[-1])
-    return f", {first:%Y-%m-%d}, {_time(first)} to {_time(last)} UTC"
+class _Times(NamedTuple):
+    """Findings, and the clock that tells their times: that of QGIS's time slider, in UTC."""
+
+    findings: Findings
+    clock: Clock
+
+    @classmethod
+    def of(cls, project: Project) -> _Times:
+        findings, edges = project.findings, [*project.findings.lost.begin]
+        is_told = findings.begin and project.description.start is not None
+        start = findings.begin[0].to_pydatetime() if is_told else None
+        return cls(findings, Clock.of(start, [*edges, findings.lost.end[-1]]))
+
+    @property
+    def period(self) -> str:
+        """Of the whole run, as the end of a title."""
+        begin, end = self.findings.begin, self.findings.lost.end
+        if not begin:
+            return ""
+        day = f", {begin[0]:%Y-%m-%d}" if self.clock.start is not None else ""
+        return f"{day}, {self.clock.span(0.0, end[-1])}{self.zone}"
+
+    @property
+    def zone(self) -> str:
+        """What stands behind times."""
+        return f" {self.clock.zone}" if self.clock.zone else " after the start"
+
+    def of_bin(self, number: int) -> str:
+        """From when to when it goes."""
+        return self.clock.span(self.findings.lost.begin[number], self.findings.lost.end[number])
 
 
-def _after(end: pd.Timestamp) -> pd.Timestamp:
-    """When a bin is over: its end in the file is a second before."""
-    return end + pd.Timedelta(seconds=1)
-
-
-def _time(time: pd.Timestamp) -> str:
-    return f"{time:%H:%M:%S}" if time.second else f"{time:%H:%M}"
-
-
-def _roads(findings: Findings) -> str:
-    lines = [f"{lost:,.1f} vehicle-hours  {name}" for name, lost in findings.roads]
-    return "\n".join(["Where most time is lost in the whole run:", *lines])
+def _streets(times: _Times) -> str:
+    """Where most is lost, how much, and when most."""
+    lost = times.findings.lost
+    streets = lost.streets(STREETS)
+    if not streets:
+        return "Nobody lost time on the links."
+    lines = [
+        f"{lost.unit.text(street.lost)}  ({100 * street.share:.1f} %)  {street.name}"
+        + (f",  {times.of_bin(street.bin)}" if times.findings.begin else "")
+        for street in streets
+    ]
+    when = f", and each when it was worst{times.zone}" if times.findings.begin else ""
+    return "\n".join([f"Where most time is lost in the whole run{when}:", *lines])
 
 
 def _source(project: Project) -> str:
@@ -241,25 +272,25 @@ def _north() -> Element:
     return svg
 
 
-def _chart(findings: Findings) -> Element:
+def _chart(times: _Times) -> Element:
     """A bar a bin, the worst in the colour of standing traffic; times of three of them below."""
     svg = _svg(900, 240)
-    largest, bins = max(findings.lost), len(findings.lost)
-    step = 900 / bins
-    for number, lost in enumerate(findings.lost):
+    in_bins, worst = times.findings.lost.in_bins.tolist(), times.findings.lost.worst_bin
+    largest, step = max(in_bins), 900 / len(in_bins)
+    for number, lost in enumerate(in_bins):
         height = 170 * lost / largest if largest > 0 else 0.0
-        colour = SPEED_CLASSES[0].colour if number == findings.worst else NEUTRAL
+        colour = SPEED_CLASSES[0].colour if number == worst else NEUTRAL
         bar = {"x": f"{number * step:.2f}", "y": f"{200 - height:.2f}", "fill": colour}
         SubElement(svg, "rect", {**bar, "width": f"{0.9 * step:.2f}", "height": f"{height:.2f}"})
     SubElement(
         svg, "rect", {"x": "0", "y": "200", "width": "900", "height": "2", "fill": "#333333"}
     )
-    middle = (findings.worst + 0.5) * step
-    _write(svg, 0, 234, "start", _time(findings.begin[0]))
-    _write(svg, 900, 234, "end", _time(_after(findings.end[-1])))
-    if 130 < middle < 770:
-        _write(svg, middle, 234, "middle", _time(findings.begin[findings.worst]))
-    _write(svg, min(max(middle, 60), 840), 24, "middle", f"{largest:,.1f}")
+    middle, lost = (worst + 0.5) * step, times.findings.lost
+    _write(svg, 0, 234, "start", times.clock.text(0.0))
+    _write(svg, 900, 234, "end", times.clock.text(lost.end[-1]))
+    if 220 < middle < 680:
+        _write(svg, middle, 234, "middle", times.clock.text(lost.begin[worst]))
+    _write(svg, min(max(middle, 90), 810), 24, "middle", Unit.of(largest).text(largest))
     return svg
 
 

@@ -48,7 +48,7 @@ def layers_of_run(
     ``wanted`` beside those that every file has; ``sample`` says which trajectories. There are none
     without geometry. ``link_states`` comes with ``link_times``, as a view over it.
     """
-    network, start = run.network, description.start
+    network, start = run.network, description.origin
     makers = {
         "nodes": lambda: nodes_layer(network),
         "links": lambda: links_layer(network, run.states, description.reaction_time),

@@ -160,7 +160,7 @@ class MapLayers {
 
   /** Circles under the traffic, at first without size. */
   addBottlenecks() {
-    const { points, largest_min: most } = this.run.content.bottlenecks;
+    const { points, largest_min: most } = this.run.content.junctions;
     this.map.addSource("bottlenecks", { type: "geojson", data: {
       type: "FeatureCollection",
       features: points.map((point, id) => ({
@@ -193,6 +193,7 @@ class MapLayers {
         event.stopPropagation();
         this.calls.worst(number);
       });
+      mark.style.zIndex = content.worst.length - number;  // where they meet, the worse lies on top
       new maplibregl.Marker({ element: mark }).setLngLat(MapLayers.middle(line)).addTo(this.map);
     });
     if (links.nodes.length > 60) return;

@@ -7,21 +7,20 @@
 const TILES = "https://tile.openstreetmap.org/{z}/{x}/{y}.png";
 const WIDTHS = 8;  // kinds of width that are told apart
 const LARGEST_CIRCLE = 30;  // px
-const LEAST_CIRCLE = 0.015;  // of the time lost at the worst junction in its worst step
 
 class RoadMap extends MapLayers {
   /** Circles as large as the time lost before each junction in a time step; tells how many changed. */
   showBottlenecks(bin) {
     const { run } = this;
     const lost = new Float64Array(this.radius.length);
-    run.content.bottlenecks.links.forEach((place, link) => {
+    run.content.junctions.links.forEach((place, link) => {
       if (place >= 0) lost[place] += run.delay(link, bin);
     });
     let changed = 0;
     lost.forEach((minutes, id) => {
       // area is time lost; what is too small to matter has no circle
       const share = this.circles ? minutes / this.mostLost : 0;
-      const radius = share < LEAST_CIRCLE ? 0 : Math.round(LARGEST_CIRCLE * Math.sqrt(share));
+      const radius = share < run.content.junctions.least ? 0 : Math.round(LARGEST_CIRCLE * Math.sqrt(share));
       if (radius === this.radius[id]) return;
       this.radius[id] = radius;
       changed += 1;
