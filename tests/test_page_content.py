@@ -20,6 +20,7 @@ from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.od_table import no_notes
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.errors import InputError
+from uxsim_geo.export.od_layer import od_lines_layer
 from uxsim_geo.export.page import libraries
 from uxsim_geo.export.page.levels import first_of_merged, levels
 from uxsim_geo.export.page.page import Run, page, write_page
@@ -205,26 +206,44 @@ def test_classes_ascend_and_are_round() -> None:
 
 
 def test_trips_of_many_nodes_are_put_together_in_squares() -> None:
-    # a square of 13 × 13 nodes, 100 m apart, at the equator: sides of 0.2 km by the rule of ten
+    # a square of 13 × 13 nodes, 100 m apart: sides of 200 m leave 7 × 7 squares, of 100 m all
     names = [f"{i},{j}" for i in range(13) for j in range(13)]
-    places = np.array([[i * 100.0, j * 100.0] for i in range(13) for j in range(13)]) / 111_320
-    roads = Network(pd.DataFrame({"node_id": names}), pd.DataFrame())
+    places = np.array([[i * 100.0 + 10, j * 100.0 + 10] for i in range(13) for j in range(13)])
+    table = pd.DataFrame({"node_id": names})
+    nodes = gpd.GeoDataFrame(table, geometry=shapely.points(places), crs="EPSG:25832")
+    line = shapely.LineString([(0, 0), (1, 1)])
+    roads = Network(nodes, gpd.GeoDataFrame({"a": [1]}, geometry=[line], crs="EPSG:25832"))
     od = pd.DataFrame(
         {
             "origin": names,
             "destination": names[::-1],
             "vehicles_demanded": 2.0,
             "vehicles_departed": 2.0,
+            "vehicles_completed": 2.0,
+            "vehicles_unfinished": 0.0,
+            "vehicles_aborted": 0.0,
+            "travel_time_so_far_s": 100.0,
             "total_delay_so_far_veh_s": 60.0,
         }
     )
-    found = zones(roads, places, od, on_earth=True)
-    assert "A1" in found.names
-    assert "100 m" in found.kind
+    found = zones(roads, places, od)
+    assert found.kind == "squares of 200 m, A1 in the south-west"
+    assert len(found.names) == 49
+    assert found.points[found.names.index("A1")].tolist() == pytest.approx([60.0, 60.0])
+    assert found.points[found.names.index("G1")].tolist() == pytest.approx([1210.0, 60.0])
     assert found.vehicles.sum() == 2.0 * len(names)
     assert found.delay.tolist() == pytest.approx([30.0] * len(found.delay))
-    few = zones(roads, places, od.head(20), on_earth=True)
+    # the layer has the same ends, names and sums
+    layer = od_lines_layer(roads, od)
+    assert set(layer["cell_m"]) == {200.0}
+    told = {(found.names[a], found.names[b]) for a, b in zip(*found[3:5], strict=True)}
+    assert told == set(zip(layer["origin"], layer["destination"], strict=True))
+    few = zones(roads, places, od.head(20))
     assert few.kind == "nodes"
+    zoned = replace(roads, nodes=nodes.assign(zone_id=[name[0] for name in names]))
+    by_zone = zones(zoned, places, od)
+    assert by_zone.kind == "zones of the network"
+    assert set(od_lines_layer(zoned, od)["origin"]) == set(by_zone.names)
 
 
 def test_without_the_library_the_message_says_what_to_install(

@@ -109,7 +109,7 @@ def _streets(times: _Times) -> str:
         + (f",  {times.of_bin(street.bin)}" if times.findings.begin else "")
         for street in streets
     ]
-    when = f", and each when it was worst{times.zone}" if times.findings.begin else ""
+    when = f", and each when it was worst ({times.zone.strip()})" if times.findings.begin else ""
     return "\n".join([f"Where most time is lost in the whole run{when}:", *lines])
 
 

@@ -109,4 +109,6 @@ def _waiting(vehicles: float) -> str:
 def _where(lost: LostTime) -> Iterator[str]:
     told = [f"{one.name} ({100 * one.share:.0f} %)" for one in lost.streets(MOST_STREETS)]
     if told:
-        yield "Of the time lost on links, most was lost on " + "; ".join(told) + "."
+        *first, last = told  # names may hold semicolons
+        listed = f"{', '.join(first)} and {last}" if first else last
+        yield f"Of the time lost on links, most was lost on {listed}."

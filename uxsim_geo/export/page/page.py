@@ -99,7 +99,7 @@ def _tables(run: Run, grid: StateGrid, lost: LostTime, whole: OverTime, places: 
         lost.streets(STREETS),
         lost.worst_bin,
         junctions(run.network, delay),
-        zones(run.network, places.points, od, on_earth=places.on_earth),
+        zones(run.network, places.points, od),
         grid.values("entries").sum(axis=1),
     )
 
