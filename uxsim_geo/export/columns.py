@@ -70,7 +70,7 @@ LINK = (
     Column("from_node_id", "from node", "text", "where it begins"),
     Column("to_node_id", "to node", "text", "where it ends"),
     Column("name", "name", "text", "as in the source", "where the source has none"),
-    Column("ref", "road number", "text", "as in the source", "where the source has none"),
+    Column("ref", "road number", "text", "as `B 37`", "where the source has none"),
     Column("road_class", "road class", "text", "as in the source", "where the source has none"),
     Column("length_m", "length", "m", "length that vehicles drive; the drawn line may differ"),
     Column("lanes", "lanes", "–", "lanes of this direction"),

@@ -10,7 +10,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.clock import duration_in_words
-from uxsim_geo.export.lost_time import LostTime
+from uxsim_geo.export.lost_time import NONE, LostTime, in_words
 from uxsim_geo.export.street_names import street_names
 
 #: shares of these that lie where a map opens
@@ -106,8 +106,8 @@ def _words(od: pd.DataFrame | None, links: pd.DataFrame) -> tuple[str, ...]:
     spent = (od["travel_time_s"] * od["departed_veh"]).sum()
     if spent > 0:
         late = od["delay_veh_s"].sum()
-        words.append(
-            f"On average a trip took {duration_in_words(spent / departed)} so far; "
-            f"{duration_in_words(late / departed)} of it ({100 * late / spent:.0f} %) are delay."
-        )
+        mean = duration_in_words(late / departed)
+        delay = f"{mean} of it ({100 * late / spent:.0f} %) are delay"
+        took = f"On average a trip took {duration_in_words(spent / departed)} so far"
+        words.append(f"{took}; {delay if in_words(late) != NONE else 'none of it is delay'}.")
     return (*words, longest)

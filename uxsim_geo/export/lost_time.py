@@ -37,6 +37,9 @@ from uxsim_geo.network.units import TIMES
 #: what one decimal of a unit, or of a percentage, shows as more than 0
 LEAST = 0.05
 
+#: what is told of less than that
+NONE = "none"
+
 #: as fast as ever, nearly
 NEARLY = 0.999
 
@@ -68,7 +71,7 @@ class Unit:
 
 def in_words(lost: float) -> str:
     """An amount of lost time (veh·s) that stands alone, in the unit that suits it."""
-    return Unit.of(lost).text(lost) if lost >= LEAST else "none"
+    return Unit.of(lost).text(lost) if lost >= LEAST else NONE
 
 
 class Street(NamedTuple):

@@ -12,7 +12,7 @@ import pandas as pd
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.findings import Findings
-from uxsim_geo.export.lost_time import Unit
+from uxsim_geo.export.lost_time import NONE, in_words
 from uxsim_geo.export.map_plane import round_below
 from uxsim_geo.export.qgis_parts import Project, add_tree_layer, as_label, in_iso
 from uxsim_geo.network.measure import distances
@@ -52,7 +52,7 @@ def add_sheet(layouts: Element, project: Project) -> None:
     if in_time:
         bin_ = findings.lost.worst_bin
         worst = findings.begin[bin_], findings.end[bin_]
-        caption = f"Most time is lost {times.of_bin(bin_)}{times.zone}. "
+        caption = f"{times.worst} "
         caption += "Width: share of the road that is taken."
         _add_label(sheet, _Place(151, 34, width, 5), caption, 8)
         _add_map(sheet, _Place(151, 39, width, 122), project, "in time: speed", worst)
@@ -92,6 +92,14 @@ class _Times(NamedTuple):
     def zone(self) -> str:
         """What stands behind times."""
         return f" {self.clock.zone}" if self.clock.zone else " after the start"
+
+    @property
+    def worst(self) -> str:
+        """When the network as a whole is at its worst, a sentence."""
+        bin_ = self.findings.lost.worst_bin
+        if in_words(self.findings.lost.in_bins[bin_]) == NONE:
+            return f"Nobody loses time on links; {self.of_bin(bin_)}{self.zone}."
+        return f"Most time is lost {self.of_bin(bin_)}{self.zone}."
 
     def of_bin(self, number: int) -> str:
         """From when to when it goes."""
@@ -290,7 +298,7 @@ def _chart(times: _Times) -> Element:
     _write(svg, 900, 234, "end", times.clock.text(lost.end[-1]))
     if 220 < middle < 680:
         _write(svg, middle, 234, "middle", times.clock.text(lost.begin[worst]))
-    _write(svg, min(max(middle, 90), 810), 24, "middle", Unit.of(largest).text(largest))
+    _write(svg, min(max(middle, 90), 810), 24, "middle", in_words(largest))
     return svg
 
 

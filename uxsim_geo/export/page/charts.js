@@ -2,7 +2,7 @@
 // Curves over time and the fundamental diagram, as SVG; a line marks the time shown.
 
 /** Sizes in the units of the drawing, and about how many ticks there is room for (document.py). */
-const CHART = { width: 340, height: 150, left: 46, right: 18, top: 8, bottom: 22, times: 5, levels: 3 };
+const CHART = { width: 340, height: 150, left: 52, right: 18, top: 8, bottom: 22, times: 5, levels: 3 };
 const SMALL_CHART = { width: 190, height: 104, left: 36, right: 16, top: 7, bottom: 20, times: 2, levels: 2 };
 
 function svg(tag, attributes = {}, text = null) {

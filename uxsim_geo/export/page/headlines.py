@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from uxsim_geo.export.clock import Clock
-from uxsim_geo.export.lost_time import LostTime, in_words
+from uxsim_geo.export.lost_time import NONE, LostTime, in_words
 from uxsim_geo.export.page.over_time import OverTime
 from uxsim_geo.export.run_description import Change
 from uxsim_geo.network.units import KMH
@@ -68,6 +68,9 @@ def _severity(figures: Mapping[str, Any], lost: LostTime) -> Iterator[str]:
     if not total:
         return
     share, on_links = 100 * delay / total, float(lost.delay.sum())
+    if in_words(delay) == in_words(on_links) == NONE:
+        yield "Nobody was delayed."
+        return
     told = f"{share:.0f} %" if share >= 0.5 else "Less than 1 %"
     speed = figures["average_speed_m_s"]
     yield (
@@ -81,7 +84,7 @@ def _worst_moment(network: OverTime, lost: LostTime, clock: Clock) -> Iterator[s
     """Means of the worst bin, and how many stood at its end, each in a sentence of its own."""
     worst = lost.worst_bin
     ratio = network.speed_ratio[worst]
-    if in_words(lost.in_bins[worst]) == "none" or ratio > 1.0 - LITTLE:
+    if in_words(lost.in_bins[worst]) == NONE or ratio > 1.0 - LITTLE:
         yield "Traffic flowed freely throughout."
         return
     begin, end = float(lost.begin[worst]), float(lost.end[worst])
@@ -91,7 +94,7 @@ def _worst_moment(network: OverTime, lost: LostTime, clock: Clock) -> Iterator[s
         f"{network.speed[worst]:.0f} km/h, {100 * ratio:.0f} % of their free speed."
     )
     yield (
-        f"At {clock.text(end)} {_count(network.queue[worst])} of the "
+        f"At {clock.text(end)}, {_count(network.queue[worst])} of the "
         f"{_count(network.running[worst])} then on the road were queued"
         f"{_waiting(network.waiting[worst])}."
     )

@@ -185,6 +185,8 @@ class MapLayers {
   /** Numbers at the worst places, and names of nodes where there are few. */
   markPlaces() {
     const { lines, content, links } = this.run;
+    this.marks = [];  // those on top first
+    const note = (text, place, isNumber) => this.marks.push({ text, place, isNumber });
     content.worst.slice(0, 5).forEach((place, number) => {
       const line = lines[place.link];
       const mark = element("div", { class: "place-mark" }, String(number + 1));
@@ -195,6 +197,7 @@ class MapLayers {
       });
       mark.style.zIndex = content.worst.length - number;  // where they meet, the worse lies on top
       new maplibregl.Marker({ element: mark }).setLngLat(MapLayers.middle(line)).addTo(this.map);
+      note(String(number + 1), MapLayers.middle(line), true);
     });
     if (links.nodes.length > 60) return;
     const seen = new Set();
@@ -204,6 +207,7 @@ class MapLayers {
         seen.add(node);
         const mark = element("div", { class: "node-mark" }, links.nodes[node]);
         new maplibregl.Marker({ element: mark }).setLngLat(place).addTo(this.map);
+        note(links.nodes[node], place, false);
       }
     });
   }

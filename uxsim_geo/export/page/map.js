@@ -140,9 +140,52 @@ class RoadMap extends MapLayers {
       "raster-saturation": -0.8, "raster-opacity": 0.7 } }, above.id);
   }
 
-  /** The map as it is now, as the address of a picture. */
+  /** The map as it is now with its marks and scale, as the address of a picture. */
   picture() {
     this.map.redraw();
-    return this.map.getCanvas().toDataURL("image/png");
+    const drawn = this.map.getCanvas();
+    const canvas = element("canvas", { width: drawn.width, height: drawn.height });
+    const pen = canvas.getContext("2d");
+    pen.drawImage(drawn, 0, 0);
+    const { clientWidth: width, clientHeight: height } = this.map.getContainer();
+    pen.scale(drawn.width / width, drawn.height / height);
+    // as on the screen: names of nodes below, of numbers the lower ones on top
+    for (const mark of [...this.marks].reverse()) this.drawMark(pen, mark);
+    this.drawScale(pen, height);
+    return canvas.toDataURL("image/png");
+  }
+
+  drawMark(pen, { text, place, isNumber }) {
+    const { x, y } = this.map.project(place);
+    pen.font = isNumber ? "700 13px sans-serif" : "600 11px sans-serif";
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    if (isNumber) {
+      pen.fillStyle = "#1c2126";
+      pen.strokeStyle = "#ffffff";
+      pen.beginPath();
+      pen.arc(x, y, 11, 0, 2 * Math.PI);
+      pen.fill();
+      pen.stroke();
+    } else {
+      const half = pen.measureText(text).width / 2 + 4;
+      pen.fillStyle = "rgb(255 255 255 / 82%)";
+      pen.fillRect(x - half, y - 8, 2 * half, 16);
+    }
+    pen.fillStyle = isNumber ? "#ffffff" : this.colour("ink");
+    pen.fillText(text, x, y + 0.5);
+  }
+
+  /** The bar that the library shows, which is no part of its picture; none on no place. */
+  drawScale(pen, height) {
+    const bar = this.map.getContainer().querySelector(".maplibregl-ctrl-scale");
+    if (!bar) return;
+    pen.strokeStyle = pen.fillStyle = this.colour("ink");
+    pen.lineWidth = 2;
+    pen.strokeRect(10, height - 14, parseFloat(bar.style.width), 4);
+    pen.font = "11px sans-serif";
+    pen.textAlign = "left";
+    pen.textBaseline = "bottom";
+    pen.fillText(bar.textContent, 12, height - 16);
   }
 }

@@ -16,6 +16,9 @@ from uxsim_geo.network.units import KMH
 #: from here on numbers are told without decimals
 LARGE = 1000
 
+#: less is what rounding leaves of nothing
+NOISE = 1e-6
+
 #: a queue that is told as no metre is none
 LEAST_QUEUE = 0.5
 
@@ -82,6 +85,8 @@ def _in_words(note: pd.Series) -> str:
 def _as_text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, float) and abs(value) < NOISE:
+        return "0"
     if isinstance(value, float):
         return f"{value:,.0f}" if abs(value) >= LARGE or value.is_integer() else f"{value:.4g}"
     return str(value)
