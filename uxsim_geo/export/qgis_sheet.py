@@ -9,17 +9,15 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
-from uxsim_geo.export.findings import Findings
-from uxsim_geo.export.lost_time import NONE, in_words
+from uxsim_geo.export.lost_time import in_words
 from uxsim_geo.export.map_plane import round_below
 from uxsim_geo.export.qgis_parts import Project, add_tree_layer, as_label, in_iso
+from uxsim_geo.export.sheet_times import SheetTimes, streets_in_words
 from uxsim_geo.network.measure import distances
 
 PAGE, LEGEND, MAP, PICTURE, LABEL, SCALE_BAR = 65638, 65642, 65639, 65640, 65641, 65646
 FONT = "Sans Serif"
-STREETS = 8  # for which there is room
 WHOLE, WORST = "{whole-run}", "{worst-bin}"
 
 
@@ -38,7 +36,7 @@ def add_sheet(layouts: Element, project: Project) -> None:
     sheet = SubElement(layouts, "Layout", layout)
     _add_item(SubElement(sheet, "PageCollection"), PAGE, _Place(0, 0, 297, 210))
     name, findings = project.description.name or "run", project.findings
-    times = _Times.of(project)
+    times = SheetTimes.of(project)
     _add_label(sheet, _Place(8, 6, 185, 9), name + times.period, 16, bold=True)
     words = [*findings.words]
     if project.description.information.get("gridlocked") is True:
@@ -62,63 +60,8 @@ def add_sheet(layouts: Element, project: Project) -> None:
     if project.crs is not None:
         _add_scale_bar(sheet, _Place(84, 188, 60, 12), project)
         _add_picture(sheet, _Place(88, 166, 10, 16), _north())
-    _add_label(sheet, _Place(151, 163, 138, 40), _streets(times), 9)
+    _add_label(sheet, _Place(151, 163, 138, 40), streets_in_words(times), 9)
     _add_label(sheet, _Place(8, 203, 281, 4), _source(project), 7)
-
-
-class _Times(NamedTuple):
-    """Findings, and the clock that tells their times: that of QGIS's time slider, in UTC."""
-
-    findings: Findings
-    clock: Clock
-
-    @classmethod
-    def of(cls, project: Project) -> _Times:
-        findings, edges = project.findings, [*project.findings.lost.begin]
-        is_told = findings.begin and project.description.start is not None
-        start = findings.begin[0].to_pydatetime() if is_told else None
-        return cls(findings, Clock.of(start, [*edges, findings.lost.end[-1]]))
-
-    @property
-    def period(self) -> str:
-        """Of the whole run, as the end of a title."""
-        begin, end = self.findings.begin, self.findings.lost.end
-        if not begin:
-            return ""
-        day = f", {begin[0]:%Y-%m-%d}" if self.clock.start is not None else ""
-        return f"{day}, {self.clock.span(0.0, end[-1])}{self.zone}"
-
-    @property
-    def zone(self) -> str:
-        """What stands behind times."""
-        return f" {self.clock.zone}" if self.clock.zone else " after the start"
-
-    @property
-    def worst(self) -> str:
-        """When the network as a whole is at its worst, a sentence."""
-        bin_ = self.findings.lost.worst_bin
-        if in_words(self.findings.lost.in_bins[bin_]) == NONE:
-            return f"Nobody loses time on links; {self.of_bin(bin_)}{self.zone}."
-        return f"Most time is lost {self.of_bin(bin_)}{self.zone}."
-
-    def of_bin(self, number: int) -> str:
-        """From when to when it goes."""
-        return self.clock.span(self.findings.lost.begin[number], self.findings.lost.end[number])
-
-
-def _streets(times: _Times) -> str:
-    """Where most is lost, how much, and when most."""
-    lost = times.findings.lost
-    streets = lost.streets(STREETS)
-    if not streets:
-        return "Nobody lost time on the links."
-    lines = [
-        f"{lost.unit.text(street.lost)}  ({100 * street.share:.1f} %)  {street.name}"
-        + (f",  {times.of_bin(street.bin)}" if times.findings.begin else "")
-        for street in streets
-    ]
-    when = f", and each when it was worst ({times.zone.strip()})" if times.findings.begin else ""
-    return "\n".join([f"Where most time is lost in the whole run{when}:", *lines])
 
 
 def _source(project: Project) -> str:
@@ -280,7 +223,7 @@ def _north() -> Element:
     return svg
 
 
-def _chart(times: _Times) -> Element:
+def _chart(times: SheetTimes) -> Element:
     """A bar a bin, the worst in the colour of standing traffic; times of three of them below."""
     svg = _svg(900, 240)
     in_bins, worst = times.findings.lost.in_bins.tolist(), times.findings.lost.worst_bin

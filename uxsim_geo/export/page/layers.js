@@ -88,7 +88,7 @@ class MapLayers {
     this.map.addLayer({ id: "ground", type: "background", paint: { "background-color": this.colour("ground") } });
     const kinds = this.run.links.minor ? ["minor", "major"] : ["major"];
     for (const kind of kinds) this.addLines("roads", kind, [["==", ["get", "road"], 1]]);
-    this.addBottlenecks();
+    this.addJunctions();
     this.map.addLayer({ id: "chosen", type: "line", source: "chosen", layout: { "line-join": "round" },
       paint: this.paints().chosen });
     for (const kind of kinds) this.addLines("traffic", kind, []);
@@ -159,9 +159,9 @@ class MapLayers {
   }
 
   /** Circles under the traffic, at first without size. */
-  addBottlenecks() {
+  addJunctions() {
     const { points, largest_min: most } = this.run.content.junctions;
-    this.map.addSource("bottlenecks", { type: "geojson", data: {
+    this.map.addSource("junctions", { type: "geojson", data: {
       type: "FeatureCollection",
       features: points.map((point, id) => ({
         type: "Feature", id, properties: {}, geometry: { type: "Point", coordinates: point },
@@ -169,7 +169,7 @@ class MapLayers {
     } });
     this.mostLost = most || 1;
     this.radius = new Uint8Array(points.length);
-    this.map.addLayer({ id: "bottlenecks", type: "circle", source: "bottlenecks", paint: {
+    this.map.addLayer({ id: "junctions", type: "circle", source: "junctions", paint: {
       "circle-radius": ["coalesce", ["feature-state", "radius"], 0],
       "circle-color": this.slowest(), "circle-opacity": CIRCLE_OPACITY } });
   }

@@ -10,7 +10,7 @@ const LARGEST_CIRCLE = 30;  // px
 
 class RoadMap extends MapLayers {
   /** Circles as large as the time lost before each junction in a time step; tells how many changed. */
-  showBottlenecks(bin) {
+  showJunctions(bin) {
     const { run } = this;
     const lost = new Float64Array(this.radius.length);
     run.content.junctions.links.forEach((place, link) => {
@@ -24,7 +24,7 @@ class RoadMap extends MapLayers {
       if (radius === this.radius[id]) return;
       this.radius[id] = radius;
       changed += 1;
-      this.map.setFeatureState({ source: "bottlenecks", id }, { radius });
+      this.map.setFeatureState({ source: "junctions", id }, { radius });
     });
     return changed;
   }
@@ -32,7 +32,7 @@ class RoadMap extends MapLayers {
   /** Show a quantity in a time step; tells whether anything is to be drawn. */
   show(number, bin) {
     const { run } = this;
-    let changed = this.showBottlenecks(bin);
+    let changed = this.showJunctions(bin);
     const quantity = run.content.quantities[number];
     const palette = 2 * PALETTE * number + (this.isDark ? PALETTE : 0);
     for (let link = 0; link < this.class.length; link++) {
@@ -84,7 +84,7 @@ class RoadMap extends MapLayers {
     for (const layer of this.map.getStyle().layers.filter(({ id }) => id.startsWith("roads"))) {
       this.map.setPaintProperty(layer.id, "line-color", this.colour("roads"));
     }
-    this.map.setPaintProperty("bottlenecks", "circle-color", this.slowest());
+    this.map.setPaintProperty("junctions", "circle-color", this.slowest());
     for (const [layer, property] of [["chosen", "line-color"], ["arcs", "line-color"], ["zones", "circle-color"]]) {
       this.map.setPaintProperty(layer, property, this.colour("ink"));
     }
@@ -121,7 +121,7 @@ class RoadMap extends MapLayers {
     const isShown = zones.length > 0;
     this.map.getContainer().classList.toggle("shows-trips", isShown);
     for (const layer of this.picked) this.map.setPaintProperty(layer, "line-opacity", isShown ? 0.25 : 1);
-    this.map.setPaintProperty("bottlenecks", "circle-opacity", isShown ? 0 : CIRCLE_OPACITY);
+    this.map.setPaintProperty("junctions", "circle-opacity", isShown ? 0 : CIRCLE_OPACITY);
     const collection = (features) => ({ type: "FeatureCollection", features });
     this.map.getSource("zones").setData(collection(zones));
     this.map.getSource("arcs").setData(collection(arcs));
