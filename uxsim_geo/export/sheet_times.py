@@ -60,8 +60,9 @@ def streets_in_words(times: SheetTimes) -> str:
     if not streets:
         return "Nobody lost time on the links."
     lines = [
-        f"{lost.unit.text(street.lost)}  ({100 * street.share:.1f} %)  {street.name}"
-        + (f",  {times.of_bin(street.bin)}" if times.findings.begin else "")
+        f"{lost.unit.text(street.lost)}  ({100 * street.share:.1f} %)  "
+        + (f"{times.of_bin(street.bin)}  " if times.findings.begin else "")
+        + street.name
         for street in streets
     ]
     when = f", and each when it was worst ({times.zone.strip()})" if times.findings.begin else ""
