@@ -15,11 +15,13 @@ from uxsim_geo.network.osm_sections import Rows, Sections
 
 @dataclass(frozen=True)
 class Junctions:
-    """Which links start at a node, and which are of a way.
+    """Which links start and end at a node, and which are of a way.
 
     leaving, leaving_first
         rows of links sorted by the node they start at, and where those of each node begin;
         (links,), (nodes + 1,)
+    ending, ending_first
+        the same by the node they end at
     of_way
         where the links of each way begin, since links are sorted by way; (ways + 1,)
     """
@@ -29,6 +31,8 @@ class Junctions:
     links: DirectedLinks
     leaving: Rows
     leaving_first: Rows
+    ending: Rows
+    ending_first: Rows
     of_way: Rows
 
     def start(self, link: int) -> int:
@@ -47,6 +51,11 @@ class Junctions:
         """Rows of the links that start at the row of a node."""
         first, last = self.leaving_first[node], self.leaving_first[node + 1]
         return [int(row) for row in self.leaving[first:last]]
+
+    def to_node(self, node: int) -> list[int]:
+        """Rows of the links that end at the row of a node."""
+        first, last = self.ending_first[node], self.ending_first[node + 1]
+        return [int(row) for row in self.ending[first:last]]
 
     def of(self, way_id: int) -> range:
         """Rows of the links of a way. Raises :class:`RestrictionError` if it has none."""
@@ -97,14 +106,13 @@ class Junctions:
 
 
 def junctions_of(file: OsmFile, sections: Sections, links: DirectedLinks) -> Junctions:
-    """Sort the links by where they start."""
-    leaving = np.argsort(links.start, kind="stable")
-    nodes, ways = np.arange(len(file.node_ids) + 1), np.arange(len(file.way_ids) + 1)
-    return Junctions(
-        file,
-        sections,
-        links,
-        leaving,
-        np.searchsorted(links.start[leaving], nodes),
-        np.searchsorted(links.way, ways),
-    )
+    """Sort the links by where they start, and by where they end."""
+    nodes, ways = len(file.node_ids), np.arange(len(file.way_ids) + 1)
+    leaving, ending = _by_node(links.start, nodes), _by_node(links.end, nodes)
+    return Junctions(file, sections, links, *leaving, *ending, np.searchsorted(links.way, ways))
+
+
+def _by_node(node: Rows, nodes: int) -> tuple[Rows, Rows]:
+    """Rows sorted by their node, and where those of each node begin."""
+    order = np.argsort(node, kind="stable")
+    return order, np.searchsorted(node[order], np.arange(nodes + 1))
