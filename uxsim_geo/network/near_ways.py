@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from uxsim_geo.network.incidence import Flags, Floats, Rows
+from uxsim_geo.network.incidence import Flags, Floats, Grouped, Rows
 from uxsim_geo.network.squares import squares
 from uxsim_geo.network.turn_graph import TurnGraph
 
@@ -99,35 +99,14 @@ def regions_of(graph: TurnGraph, points: Floats, origins: Rows, reach: float) ->
     have come along it.
     """
     ends = np.concatenate([graph.ends.end[graph.link], np.arange(graph.ends.nodes)])
-    at_node = _Sorted.by(ends, np.arange(len(ends)), graph.ends.nodes)
-    steps = _Sorted.by(graph.before, np.lexsort((graph.after, graph.before)), len(ends))
+    at_node, of_place = Grouped.of(ends, graph.ends.nodes), Grouped.of(graph.before, len(ends))
     for part, nodes in squares(points, ends[origins], CELL, reach):
-        places = np.sort(at_node.of(nodes))
-        inside = steps.of(places)
-        after = graph.after[inside]
-        at = np.minimum(np.searchsorted(places, after), len(places) - 1)
-        yield Region.of(graph, origins[part], places, inside[places[at] == after])
-
-
-@dataclass(frozen=True)
-class _Sorted:
-    """Rows sorted by a key, 0 and up, and where those of each begin; (rows,), (keys + 1,)."""
-
-    rows: Rows
-    first: Rows
-
-    @classmethod
-    def by(cls, key: Rows, order: Rows, keys: int) -> _Sorted:
-        """Sort rows; those of one key stay in the ``order`` given."""
-        rows = order[np.argsort(key[order], kind="stable")]
-        return cls(rows, np.searchsorted(key[rows], np.arange(keys + 1)))
-
-    def of(self, keys: Rows) -> Rows:
-        """Rows of some keys, one key after the other."""
-        first, number = self.first[keys], self.first[keys + 1] - self.first[keys]
-        before = np.cumsum(number) - number
-        rows: Rows = self.rows[np.arange(int(number.sum())) + np.repeat(first - before, number)]
-        return rows
+        places = np.sort(at_node.rows_of(nodes))
+        steps = of_place.rows_of(places)
+        at = np.minimum(np.searchsorted(places, graph.after[steps]), len(places) - 1)
+        steps = steps[places[at] == graph.after[steps]]
+        order = np.lexsort((graph.after[steps], graph.before[steps]))
+        yield Region.of(graph, origins[part], places, steps[order])
 
 
 def ways_around(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from uxsim_geo.network.incidence import Grouped
 from uxsim_geo.network.osm_file import PER_DEGREE, OsmFile
 from uxsim_geo.network.osm_links import DirectedLinks
 from uxsim_geo.network.osm_relations import RestrictionError
@@ -17,11 +18,8 @@ from uxsim_geo.network.osm_sections import Rows, Sections
 class Junctions:
     """Which links start and end at a node, and which are of a way.
 
-    leaving, leaving_first
-        rows of links sorted by the node they start at, and where those of each node begin;
-        (links,), (nodes + 1,)
-    ending, ending_first
-        the same by the node they end at
+    leaving, ending
+        rows of links by the row of the node they start at, and they end at
     of_way
         where the links of each way begin, since links are sorted by way; (ways + 1,)
     """
@@ -29,10 +27,8 @@ class Junctions:
     file: OsmFile
     sections: Sections
     links: DirectedLinks
-    leaving: Rows
-    leaving_first: Rows
-    ending: Rows
-    ending_first: Rows
+    leaving: Grouped
+    ending: Grouped
     of_way: Rows
 
     def start(self, link: int) -> int:
@@ -49,13 +45,11 @@ class Junctions:
 
     def from_node(self, node: int) -> list[int]:
         """Rows of the links that start at the row of a node."""
-        first, last = self.leaving_first[node], self.leaving_first[node + 1]
-        return [int(row) for row in self.leaving[first:last]]
+        return [int(row) for row in self.leaving.rows_of_one(node)]
 
     def to_node(self, node: int) -> list[int]:
         """Rows of the links that end at the row of a node."""
-        first, last = self.ending_first[node], self.ending_first[node + 1]
-        return [int(row) for row in self.ending[first:last]]
+        return [int(row) for row in self.ending.rows_of_one(node)]
 
     def of(self, way_id: int) -> range:
         """Rows of the links of a way. Raises :class:`RestrictionError` if it has none."""
@@ -106,13 +100,7 @@ class Junctions:
 
 
 def junctions_of(file: OsmFile, sections: Sections, links: DirectedLinks) -> Junctions:
-    """Sort the links by where they start, and by where they end."""
-    nodes, ways = len(file.node_ids), np.arange(len(file.way_ids) + 1)
-    leaving, ending = _by_node(links.start, nodes), _by_node(links.end, nodes)
-    return Junctions(file, sections, links, *leaving, *ending, np.searchsorted(links.way, ways))
-
-
-def _by_node(node: Rows, nodes: int) -> tuple[Rows, Rows]:
-    """Rows sorted by their node, and where those of each node begin."""
-    order = np.argsort(node, kind="stable")
-    return order, np.searchsorted(node[order], np.arange(nodes + 1))
+    """Group the links by where they start, and by where they end."""
+    leaving, ending = (Grouped.of(node, len(file.node_ids)) for node in (links.start, links.end))
+    ways = np.arange(len(file.way_ids) + 1)
+    return Junctions(file, sections, links, leaving, ending, np.searchsorted(links.way, ways))
