@@ -32,7 +32,8 @@ def read_text(path: Path, faults: Faults) -> str | None:
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         faults.add(
-            f"is not a text file in UTF-8 (byte 0x{data[error.start]:02x}): is it the right file?",
+            f"is not a text file in UTF-8 (byte 0x{data[error.start]:02x}): is it the right file? "
+            "If so, save it as UTF-8",
             line=line,
         )
         return None
