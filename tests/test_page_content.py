@@ -23,7 +23,7 @@ from uxsim_geo.demand.od_table import no_notes
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.errors import InputError
 from uxsim_geo.export.findings import Findings
-from uxsim_geo.export.layers import link_times_layer
+from uxsim_geo.export.layers import LinkTimes
 from uxsim_geo.export.od_layer import od_lines_layer
 from uxsim_geo.export.page import libraries
 from uxsim_geo.export.page.levels import first_of_merged, levels
@@ -217,7 +217,7 @@ def test_sheet_page_and_picture_tell_of_the_same_streets(busy: Run) -> None:
     lines = [shapely.LineString([at[a], at[b]]) for a, b in ends]
     roads = Network(nodes, gpd.GeoDataFrame(links, geometry=lines))
     run = Run(roads, busy.result, busy.states)
-    times = link_times_layer(roads, busy.states, ABOUT.origin)
+    times = LinkTimes.of(roads, busy.states, ABOUT.origin)
     table = links[["link_id", "ref"]].assign(name=None, queue_m=0.0)
     lost = Findings.of({"links": table, "link_times": times}).lost
     text = html.unescape(page(run, ABOUT))

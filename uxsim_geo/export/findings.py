@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -36,18 +37,17 @@ class Findings:
     lost: LostTime
 
     @classmethod
-    def of(cls, layers: Mapping[str, pd.DataFrame]) -> Findings:
+    def of(cls, layers: Mapping[str, Any]) -> Findings:
         """Look at ``links``, and at ``od_lines`` and ``link_times`` if they are there."""
         links = layers["links"]
         words, times = _words(layers.get("od_lines"), links), layers.get("link_times")
-        names, delay = street_names(links), (links if times is None else times)["delay_veh_s"]
-        by_bin = delay.to_numpy(float).reshape(len(links), -1)
+        names = street_names(links)
         if times is None:
+            by_bin = links["delay_veh_s"].to_numpy(float)[:, None]
             return cls(words, (), (), LostTime(names, by_bin, np.zeros(1), np.ones(1)))
-        bins = times.iloc[: len(times) // len(links)]
-        begin, end = (tuple(bins[name]) for name in ("begin", "end"))
+        begin, end = (tuple(times.bins[name]) for name in ("begin", "end"))
         edges = [(moment - begin[0]).total_seconds() for moment in (*begin, after(end[-1]))]
-        lost = LostTime(names, by_bin, np.array(edges[:-1]), np.array(edges[1:]))
+        lost = LostTime(names, times.delay(), np.array(edges[:-1]), np.array(edges[1:]))
         return cls(words, begin, end, lost)
 
 

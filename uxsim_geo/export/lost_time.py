@@ -21,6 +21,7 @@ Worst bin
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -165,15 +166,17 @@ class StreetState(NamedTuple):
     queue: float
 
 
-def state_of(street: Street, states: StateGrid) -> StreetState:
-    """How slow it was when most time was lost, and how long its queues grew at any time."""
-    distance, time, delay = (
-        states.values(name)[street.links, street.bin].sum()
-        for name in ("distance", "time", "delay")
-    )
-    queue = states.values("queue_length")[street.links].max()
-    speed, slowness = ratio(np.array([distance, delay]), np.array([time, time]))
-    return StreetState(float(speed), float(1.0 - slowness), float(queue))
+def states_of(streets: Sequence[Street], states: StateGrid) -> list[StreetState]:
+    """How slow each was when most time was lost, and how long its queues grew at any time."""
+    sums = [
+        np.array([values[street.links, street.bin].sum() for street in streets])
+        for values in map(states.values, ("distance", "time", "delay"))
+    ]
+    queues = states.values("queue_length")
+    longest = [float(queues[street.links].max()) for street in streets]
+    speed, slowness = ratio(sums[0], sums[1]), ratio(sums[2], sums[1])
+    told = zip(speed.tolist(), (1.0 - slowness).tolist(), longest, strict=True)
+    return [StreetState(*one) for one in told]
 
 
 class Junctions(NamedTuple):

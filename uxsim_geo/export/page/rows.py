@@ -9,7 +9,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.export.clock import Clock
-from uxsim_geo.export.lost_time import LostTime, Street, state_of
+from uxsim_geo.export.lost_time import LostTime, Street, states_of
 from uxsim_geo.network.network import NOTE_COLUMNS
 from uxsim_geo.network.units import KMH
 
@@ -30,7 +30,7 @@ def street_rows(
     streets: Sequence[Street], lost: LostTime, grid: StateGrid, clock: Clock
 ) -> list[dict[str, str]]:
     """What the table of streets says of each; all in the bins of the report."""
-    states = [state_of(street, grid) for street in streets]
+    states = states_of(streets, grid)
     return [
         {
             "name": street.name,

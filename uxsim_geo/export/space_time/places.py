@@ -10,7 +10,7 @@ import pandas as pd
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.clock import Clock
-from uxsim_geo.export.lost_time import LostTime, Street, state_of
+from uxsim_geo.export.lost_time import LostTime, Street, states_of
 from uxsim_geo.export.space_time.frame import Frame
 from uxsim_geo.export.space_time.look import Look
 from uxsim_geo.network.network import Network
@@ -31,8 +31,10 @@ def place_parts(network: Network, states: pd.DataFrame, frame: Frame, look: Look
     grid = StateGrid.of_all(states, network)
     lost = LostTime.of(network.links, grid)
     streets, clock = lost.streets(PLACES), look.clock([*grid.begin, grid.end[-1]])
+    speeds = [KMH * state.speed for state in states_of(streets, grid)]
     lines = [
-        f"{number}  {_line(street, lost, grid, clock)}" for number, street in enumerate(streets, 1)
+        f"{number}  {_line(street, lost, clock)} at {speed:.0f} km/h"
+        for number, (street, speed) in enumerate(zip(streets, speeds, strict=True), 1)
     ]
     middles = [_on_map(street, lost, frame) for street in streets]
     shown = [(number, place) for number, place in enumerate(middles, 1) if place is not None]
@@ -44,10 +46,9 @@ def place_parts(network: Network, states: pd.DataFrame, frame: Frame, look: Look
     }
 
 
-def _line(street: Street, lost: LostTime, grid: StateGrid, clock: Clock) -> str:
+def _line(street: Street, lost: LostTime, clock: Clock) -> str:
     span = clock.span(lost.begin[street.bin], lost.end[street.bin])
-    speed = KMH * state_of(street, grid).speed
-    return f"{_cut(street.name)}: {lost.unit.text(street.lost)}, {span} at {speed:.0f} km/h"
+    return f"{_cut(street.name)}: {lost.unit.text(street.lost)}, {span}"
 
 
 def _cut(name: str) -> str:
