@@ -128,8 +128,9 @@ def test_findings_are_those_of_the_run() -> None:
     network.links["name"] = ["High Street", None]
     findings = Findings.of(layers_of_run(run_of(network), description_of(network)))
     # worked out with the figures of links in the tests of the GeoPackage
-    assert findings.roads == (("High Street", pytest.approx(5 * (40 + 36.25 + 48.75) / 3600)),)
+    (street,) = findings.lost.streets(8)
+    assert (street.name, street.lost) == ("High Street", pytest.approx(5 * (40 + 36.25 + 48.75)))
     # the first platoon stands from 55 to 95 s, the second from 63.75 to 100 and from 101.25 s on
     lost = [5 * 5, 5 * (35 + 36.25 + 18.75), 5 * 30]
-    assert findings.lost == pytest.approx([seconds / 3600 for seconds in lost])
-    assert findings.worst == 1
+    assert findings.lost.in_bins == pytest.approx(lost)
+    assert findings.lost.worst_bin == 1

@@ -10,13 +10,13 @@ import pandas as pd
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.attribution import add_attribution
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.film import (
     MovingMap,
     Progress,
-    add_clock,
+    add_time,
     check_film,
     check_pictures,
-    clock,
     write_film,
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
@@ -63,7 +63,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
     sheet.axes.add_collection(traffic, autolim=False)
     sheet.colour_bar(traffic, "speed, % of free speed", format="%d")
     _draw_legend(sheet)
-    time = add_clock(sheet)
+    time, clock = add_time(sheet), Clock.of(None, [*begin, *end])
 
     def draw(number: int) -> None:
         slowest_last = np.argsort(-percent[:, number], kind="stable")
@@ -71,7 +71,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
         traffic.set_segments([lines[link] for link in used])
         traffic.set_linewidth(_widths(sheet, share[used, number]).tolist())
         traffic.set_array(percent[used, number])
-        time.set_text(f"{clock(begin[number])} to {clock(end[number])}")
+        time.set_text(clock.span(begin[number], end[number]))
 
     write_film(MovingMap(sheet, (traffic, time), draw, begin.size), path, frame_ms, progress)
 
