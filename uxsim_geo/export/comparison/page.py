@@ -70,6 +70,7 @@ def page(study: Study) -> str:
         blocks=[_block(study, entry) for entry in compared],
         pairing=pairing_rows(study),
         failed=study.failed,
+        same_seeds=all(a == b for entry in compared for a, b in comparison_of(entry).seeds),
         noticed=noticed(),
         times=study.clock.in_words(),
         facts=fact_rows(study.about.information),
