@@ -3,39 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from datetime import datetime
 from typing import Any
 
 import pandas as pd
 
-from uxsim_geo.analysis.types import Floats
-from uxsim_geo.export.page.headlines import clock
-from uxsim_geo.export.page.worst_places import WorstPlace
+from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.export.clock import Clock
+from uxsim_geo.export.lost_time import LostTime, Street, states_of
 from uxsim_geo.network.network import NOTE_COLUMNS
+from uxsim_geo.network.units import KMH
 
 #: from here on numbers are told without decimals
 LARGE = 1000
+
+#: less is what rounding leaves of nothing
+NOISE = 1e-6
+
+#: a queue that is told as no metre is none
+LEAST_QUEUE = 0.5
 
 #: rows of the table of notes; the rest are in the GeoPackage
 MOST_NOTES = 200
 
 
-def worst_rows(
-    places: Sequence[WorstPlace], edges: Floats, start: datetime
+def street_rows(
+    streets: Sequence[Street], lost: LostTime, grid: StateGrid, clock: Clock
 ) -> list[dict[str, str]]:
-    """What the table of streets says of each place; ``edges`` of the page's bins, s."""
+    """What the table of streets says of each; all in the bins of the report."""
+    states = states_of(streets, grid)
     return [
         {
-            "name": place.name,
-            "links": f"{place.links:,}",
-            "delay": f"{place.delay_veh_h:,.1f}",
-            "share": f"{100 * place.share:.1f} %",
-            "when": f"{clock(start, edges[place.bin])}–{clock(start, edges[place.bin + 1])}",
-            "speed": f"{place.speed_kmh:.0f} km/h",
-            "ratio": f"{100 * place.speed_ratio:.0f} %",
-            "queue": f"{place.queue_m:,.0f} m",
+            "name": street.name,
+            "links": f"{len(street.links):,}",
+            "lost": lost.unit.text(street.lost),
+            "share": f"{100 * street.share:.1f} %",
+            "when": clock.span(lost.begin[street.bin], lost.end[street.bin]),
+            "speed": f"{state.speed * KMH:.0f} km/h",
+            "ratio": f"{100 * state.relative:.0f} %",
+            "queue": f"{state.queue:,.0f} m" if state.queue >= LEAST_QUEUE else "none",
         }
-        for place in places
+        for street, state in zip(streets, states, strict=True)
     ]
 
 
@@ -78,6 +85,8 @@ def _in_words(note: pd.Series) -> str:
 def _as_text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, float) and abs(value) < NOISE:
+        return "0"
     if isinstance(value, float):
         return f"{value:,.0f}" if abs(value) >= LARGE or value.is_integer() else f"{value:.4g}"
     return str(value)
