@@ -94,6 +94,9 @@ def _judge(before: Network, after: Network, ways: int, notes: Notes) -> None:
     """Compare sampled ways with those before merging."""
     if ways and len(after.nodes):
         sample = sample_nodes(before, after, ways, SEED)
+        if not len(sample.nodes):
+            notes.add("distortion", "not measured: every node left is a merged junction")
+            return
         note_distortion(compare(before, after, sample), notes)
 
 
