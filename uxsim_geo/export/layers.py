@@ -12,6 +12,7 @@ from uxsim_geo.analysis.link_states import link_totals
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import NODE_COLUMNS, NOTE_COLUMNS, Network
+from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
 
 
@@ -78,6 +79,9 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
 def notes_layer(notes: pd.DataFrame) -> pd.DataFrame:
     """What the import assumed or repaired, all as text, and where if the notes have places."""
     layer = notes.reindex(columns=list(NOTE_COLUMNS)).astype("string").reset_index(drop=True)
+    said = zip(layer["note"], layer["value"], strict=True)
+    words = [note if pd.isna(note) else note_in_words(note, value) for note, value in said]
+    layer["note"] = pd.Series(words, dtype="string")
     return _with_geometry(layer, notes)
 
 
