@@ -145,7 +145,10 @@ def describe_notes(path: Path) -> str:
     rows = []
     for _, same in groups:
         severity, topic, note = (str(same[name].iloc[0]) for name in ("severity", "topic", "note"))
-        rows.append((f"{len(same):,}", severity, topic, notes_in_words(note, same["value"])))
+        words = notes_in_words(note, same["value"])
+        if len(same) == 1 and not same["element_id"].isna().any():
+            words = f"{same['element'].iloc[0]} {same['element_id'].iloc[0]}: {words}"
+        rows.append((f"{len(same):,}", severity, topic, words))
     rows.sort(key=lambda row: row[1] != "warning")
     return f"{path}, {len(notes):,} notes\n\n{align(rows, right=(0,))}"
 

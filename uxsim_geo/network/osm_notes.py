@@ -34,7 +34,9 @@ CONDITIONAL = frozenset(
 
 def note_file(file: OsmFile, options: OsmOptions, notes: Notes) -> None:
     """Say which side is driven on, what was left out, what is not applied."""
-    notes.add("driving side", "recorded only: geometry does not depend on it", value=options.side)
+    notes.add(
+        "driving side", "the side driven on: geometry does not depend on it", value=options.side
+    )
     for reason, number in sorted(file.dropped.items()):
         notes.add("ways left out", f"{reason}: no links; value: ways", element="link", value=number)
     conditions = Counter(
@@ -147,8 +149,9 @@ def _note_by_class(
     total = links.groupby("road_class").size()
     for road_class, found in assumed.groupby(links["road_class"]):
         used = ", ".join(f"{value:g}" for value in sorted(found.unique()))
+        what = "1 lane" if (used, unit) == ("1", "lanes") else f"{used} {unit}"
         note = (
-            f"{road_class}: {used} {unit} assumed (country {country}) "
+            f"{road_class}: {what} assumed (country {country}) "
             f"on {len(found)} of {total[road_class]} links; value: share"
         )
         notes.add(topic, note, element="link", value=len(found) / total[road_class])
