@@ -23,9 +23,9 @@ import pytest
 from newell_link import events_of, network_of, result_of, trips_of
 from packaged_road import NAMES, START, description_of, run_of, two_way_road, write
 
-from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.link_states import link_states, link_times
 from uxsim_geo.analysis.passages import Passages
-from uxsim_geo.export import geopackage
+from uxsim_geo.export import geopackage, layers
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.columns import LAYERS as COLUMNS_IN_WORDS
 from uxsim_geo.export.columns import titled
@@ -242,6 +242,23 @@ def test_layers_keep_their_type_where_nobody_drove(tmp_path: Path) -> None:
             ("trajectories", "LINESTRING", 1, 1),
             ("import_notes", "POINT", 0, 0),
         }
+
+
+def test_states_that_are_written_in_parts_are_those_written_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = two_way_road("EPSG:25832")
+    run, whole, parts = run_of(network), tmp_path / "whole.gpkg", tmp_path / "parts.gpkg"
+    kept = link_states(run.result, network, bin_s=60.0, passages=run.passages)
+    table = link_times(run.result, network, bin_s=60.0)
+    description = description_of(network)
+    write_geopackage(whole, layers_of_run(replace(run, states=table), description), description)
+    monkeypatch.setattr(layers, "AT_ONCE", 1)
+    write_geopackage(parts, layers_of_run(replace(run, states=kept), description), description)
+    query = "SELECT * FROM link_time_values"
+    assert len(rows(whole, query)) == len(table) > 2 * len(network.links)
+    assert rows(parts, query) == rows(whole, query)
+    assert rows(parts, "SELECT * FROM link_times") == rows(whole, "SELECT * FROM link_times")
 
 
 def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) -> None:

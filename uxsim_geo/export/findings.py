@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,15 +39,14 @@ class Findings:
     lost: tuple[float, ...]
 
     @classmethod
-    def of(cls, layers: Mapping[str, pd.DataFrame]) -> Findings:
+    def of(cls, layers: Mapping[str, Any]) -> Findings:
         """Look at ``links``, and at ``od_lines`` and ``link_times`` if they are there."""
         links = layers["links"]
         words, times = _words(layers.get("od_lines"), links), layers.get("link_times")
         if times is None:
             return cls(words, _roads(links), (), (), ())
-        bins = times.iloc[: len(times) // len(links)]
-        lost = times["delay_veh_s"].to_numpy(float).reshape(len(links), -1).sum(axis=0)
-        begin, end = (tuple(bins[name]) for name in ("begin", "end"))
+        lost = times.delay().sum(axis=0)
+        begin, end = (tuple(times.bins[name]) for name in ("begin", "end"))
         return cls(words, _roads(links), begin, end, tuple((lost / TIMES["h"]).tolist()))
 
     @property

@@ -13,6 +13,7 @@ import struct
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +37,7 @@ UNDEFINED_CARTESIAN = "-1"  # GeoPackage's srs_id for plane coordinates of an un
 TYPES = {"od_lines": "LineString", "trajectories": "LineString Z", "import_notes": "Point"}
 
 
-def write_geopackage(
-    path: Path, layers: Mapping[str, pd.DataFrame], description: RunDescription
-) -> None:
+def write_geopackage(path: Path, layers: Mapping[str, Any], description: RunDescription) -> None:
     """Write layers with their words, styles, metadata and a QGIS project.
 
     ``layers`` by name, as :func:`uxsim_geo.export.layers.layers_of_run` makes them; ``links`` is
@@ -53,12 +52,11 @@ def write_geopackage(
                 if name != "link_times":
                     _write_layer(temporary, name, layer)
             if "link_times" in layers:  # last: after a table that is not listed GDAL lists none
-                values = values_of(layers["link_times"], len(layers["links"]))
-                _write_layer(temporary, VALUES, values)
+                _write_values(temporary, values_of(layers["link_times"]))
         with closing(sqlite3.connect(temporary)) as database, database:
             _add_fourth_coordinates(database, layers)
             if "link_times" in layers:
-                add_views(database, layers["link_times"], len(layers["links"]), stamp)
+                add_views(database, layers["link_times"], stamp)
             add_descriptions(database)
             add_metadata(database, description, stamp)
             styles = styles_of(layers, description)
@@ -86,8 +84,6 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame) -> None:
 
     spatial = "geometry" in layer.columns
     options = {"DESCRIPTION": LAYERS[name].title, "IDENTIFIER": name} if name in LAYERS else {}
-    if name == VALUES:
-        options["ASPATIAL_VARIANT"] = "NOT_REGISTERED"
     if spatial and getattr(layer, "crs", None) is None:
         options["SRID"] = UNDEFINED_CARTESIAN
     if spatial:
@@ -106,6 +102,23 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame) -> None:
             dataset_options={"VERSION": "1.3"},
             layer_options=options,
         )
+
+
+def _write_values(path: Path, parts: Iterator[pd.DataFrame]) -> None:
+    """A table that is not listed as a layer, of as many parts as there are, one in memory."""
+    import pyarrow as pa
+    import pyogrio
+
+    first = pa.RecordBatch.from_pandas(next(parts), preserve_index=False)
+    others = (pa.RecordBatch.from_pandas(part, first.schema, False) for part in parts)
+    pyogrio.write_arrow(
+        pa.RecordBatchReader.from_batches(first.schema, chain([first], others)),
+        path,
+        layer=VALUES,
+        driver="GPKG",
+        append=True,
+        layer_options={"ASPATIAL_VARIANT": "NOT_REGISTERED"},
+    )
 
 
 def _add_fourth_coordinates(

@@ -11,11 +11,13 @@ entries; SQLite takes whichever condition serves a question best.
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
 
 from uxsim_geo.export.columns import EFFECTIVE_CAPACITY, LAYERS, LINK
+from uxsim_geo.export.layers import LinkTimes
 
 VALUES = "link_time_values"
 NOT_STORED = ("link_id", "begin", "end")  # but found by the views
@@ -39,24 +41,24 @@ VIEW = """
 """
 
 
-def values_of(link_times: pd.DataFrame, links: int) -> pd.DataFrame:
-    """The numbers of the layer link_times, link by link, as rows bin by bin."""
-    bins = len(link_times) // links
-    order = np.arange(len(link_times)).reshape(links, bins).T.ravel()
-    values = link_times.drop(columns=list(NOT_STORED)).iloc[order].reset_index(drop=True)
-    values.insert(0, "link_fid", order // bins + 1)
-    return values
+def values_of(link_times: LinkTimes) -> Iterator[pd.DataFrame]:
+    """The numbers of the layer link_times in rows bin by bin, some bins at a time."""
+    links = len(link_times.grid.link_ids)
+    for part in link_times.parts():
+        bins = len(part) // links
+        order = np.arange(len(part)).reshape(links, bins).T.ravel()
+        values = part.drop(columns=list(NOT_STORED)).iloc[order].reset_index(drop=True)
+        values.insert(0, "link_fid", order // bins + 1)
+        yield values
 
 
-def add_views(
-    database: sqlite3.Connection, link_times: pd.DataFrame, links: int, stamp: str
-) -> None:
+def add_views(database: sqlite3.Connection, link_times: LinkTimes, stamp: str) -> None:
     """``time_bins``, and the views ``link_times`` and ``link_states``, as layers.
 
     A GIS lists them: the first as a table, the second with the geometry of links.
     """
     database.execute("CREATE UNIQUE INDEX links_by_link_id ON links (link_id)")
-    _add_bins(database, link_times.iloc[: len(link_times) // links], links)
+    _add_bins(database, link_times.bins, len(link_times.grid.link_ids))
     stored = [column.name for column in LAYERS["link_times"].columns][len(NOT_STORED) :]
     times = ["b.begin", "b.end", *(f'v."{name}"' for name in stored)]
     spatial = database.execute(

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.link_states import link_totals
-from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.state_grid import StateGrid, States
+from uxsim_geo.analysis.types import Floats
+from uxsim_geo.export.columns import LAYERS
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import NODE_COLUMNS, NOTE_COLUMNS, Network
 from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
+
+#: rows of link_times that are made together
+AT_ONCE = 1_000_000
 
 
 def nodes_layer(network: Network) -> pd.DataFrame:
@@ -22,11 +28,11 @@ def nodes_layer(network: Network) -> pd.DataFrame:
 
 
 def links_layer(
-    network: Network, states: pd.DataFrame, reaction_time: float | None = None
+    network: Network, states: States, reaction_time: float | None = None
 ) -> pd.DataFrame:
     """The links table with its attributes and the figures of the whole run.
 
-    ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`. volume_veh are the
+    ``states`` come from :mod:`uxsim_geo.analysis.link_states`. volume_veh are the
     vehicles that entered; delay_s is the mean over those who left, delay_veh_s the sum over all;
     queue_veh and queue_m are the largest at the end of a time bin. capacity_vph is the given one,
     effective_capacity_vph what holds: the lower of that and the diagram's for ``reaction_time`` in
@@ -64,8 +70,7 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
         }
     )
     layer = pd.DataFrame({"link_id": links["link_id"].astype(str)})
-    layer["begin"] = clock(states["begin_s"], start)
-    layer["end"] = clock(states["end_s"], start - timedelta(seconds=1))
+    layer[["begin", "end"]] = _times(states, start)
     layer["flow_vph"] = states["flow"] * PER_HOUR
     layer["density_vpkm"] = states["density"] * PER_KM
     layer["entries_veh"] = states["entries"]
@@ -74,6 +79,51 @@ def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) ->
     _add_fullness(layer, states)
     layer["instantaneous_travel_time_s"] = states["instantaneous_travel_time"]
     return layer
+
+
+@dataclass(frozen=True)
+class LinkTimes:
+    """The layer link_times: the tables of some of its bins, which together may not fit in memory.
+
+    Made by :meth:`of`; ``grid`` are the states of all links in all bins.
+    """
+
+    network: Network
+    grid: StateGrid
+    start: datetime
+
+    @classmethod
+    def of(cls, network: Network, states: States, start: datetime) -> LinkTimes:
+        """Raises :class:`uxsim_geo.errors.InputError` unless states are of all links and bins."""
+        return cls(network, StateGrid.of_all(states, network), start)
+
+    def __len__(self) -> int:
+        return len(self.grid.link_ids) * len(self.grid.begin)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(column.name for column in LAYERS["link_times"].columns)
+
+    @property
+    def bins(self) -> pd.DataFrame:
+        """Begin and end of every bin, as in the layer."""
+        times = pd.DataFrame({"begin_s": self.grid.begin, "end_s": self.grid.end})
+        return _times(times, self.start)
+
+    def delay(self) -> Floats:
+        """The column delay_veh_s; shape (links, bins)."""
+        return self.grid.values("delay")
+
+    def table(self, bins: slice = slice(None)) -> pd.DataFrame:
+        """The rows of some bins, link by link."""
+        return link_times_layer(self.network, self.grid.table_of(bins), self.start)
+
+    def parts(self) -> Iterator[pd.DataFrame]:
+        """Tables of some bins after the other, of about :data:`AT_ONCE` rows each."""
+        together = max(AT_ONCE // max(len(self.grid.link_ids), 1), 1)
+        for first in range(0, len(self.grid.begin), together):
+            yield self.table(slice(first, first + together))
 
 
 def notes_layer(notes: pd.DataFrame) -> pd.DataFrame:
@@ -119,6 +169,13 @@ def _add_fullness(layer: pd.DataFrame, figures: pd.DataFrame) -> None:
     layer["queue_m"] = figures["queue_length"]
     layer["spillback_share"] = figures["spillback_share"]
     layer["volume_to_capacity"] = figures["volume_to_capacity"]
+
+
+def _times(states: pd.DataFrame, start: datetime) -> pd.DataFrame:
+    """Columns begin and end of begin_s and end_s."""
+    ends = {"begin": (states["begin_s"], start)}
+    ends["end"] = (states["end_s"], start - timedelta(seconds=1))
+    return pd.DataFrame({name: clock(*of) for name, of in ends.items()})
 
 
 def clock(seconds: pd.Series, start: datetime) -> pd.Series:

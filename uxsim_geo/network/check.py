@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.errors import Faults
+from uxsim_geo.network.bans import VIA_COLUMN, via_links
 from uxsim_geo.network.network import MOVEMENT_COLUMNS, REQUIRED_LINK_COLUMNS, Network
 from uxsim_geo.network.note_words import note_in_words
-from uxsim_geo.network.paths import VIA_COLUMN, via_links
 from uxsim_geo.network.rows import (
     add_missing_columns,
     add_rows,

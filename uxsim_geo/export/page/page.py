@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from uxsim_geo.analysis.od import od_table
-from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.state_grid import StateGrid, States
 from uxsim_geo.analysis.summary import summary
 from uxsim_geo.export.page.bottlenecks import bottlenecks
 from uxsim_geo.export.page.document import Tables, document, link_columns
@@ -43,11 +42,11 @@ SCRIPTS = ("data.js", "charts.js", "layers.js", "map.js", "details.js", "trips.j
 
 @dataclass(frozen=True)
 class Run:
-    """A simulated run; ``states`` of all links come from :func:`..link_states.link_times`."""
+    """A simulated run; ``states`` of all links come from :mod:`..link_states`."""
 
     network: Network
     result: Result
-    states: pd.DataFrame
+    states: States
 
 
 def write_page(path: Path, run: Run, about: RunDescription) -> None:
