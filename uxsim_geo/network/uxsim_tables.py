@@ -217,7 +217,8 @@ def _further_cells(links: pd.DataFrame, notes: Notes) -> Cells:
     ):
         if number:
             column = "number_of_lanes" if topic == "lanes" else "capacity_out"
-            note = f"stands in the column {column}, which UXsim passes over; value: links"
+            note = f"stands in the column {column}, which uxsim-geo reads and UXsim passes over"
+            note += "; value: links"
             notes.add(topic, note, element="link", severity="warning", value=number)
     return cells
 
