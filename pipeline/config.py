@@ -153,8 +153,9 @@ class ReportSection(LocatedSection):
     )
     attribution: str | None = Field(
         None,
-        description="who is to be named where results are shown, as text; none: © OpenStreetMap "
-        "contributors for its roads, else nobody",
+        description="who is to be named where results are shown, as text, on every picture, page "
+        "and file; none: © OpenStreetMap contributors for its roads, the TNTP collection for "
+        "`ingest.dataset`, else nobody",
     )
     plots: tuple[PlotEntry, ...] = Field(
         (

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.attribution import owners
 from pipeline.config import Config
 from uxsim_geo.network.note_words import percent
 from uxsim_geo.network.ready_options import ReadyOptions
@@ -54,6 +55,7 @@ def write_page(config: Config, network: Network, demand: Demand, path: Path) -> 
         pd.concat([network.notes, demand.notes], ignore_index=True),
         ReadyOptions.step if section.steps is None else section.steps.step_s,
         openstreetmap=section.format == "osm",
+        attribution=owners(section),
     )
     write_import_page(path, network, description)
     return path

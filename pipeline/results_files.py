@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.attribution import attribution
+
 if TYPE_CHECKING:
     from pipeline.config import Config
     from pipeline.material import Material
@@ -16,7 +18,6 @@ if TYPE_CHECKING:
 
 FOLDER = "layers"
 
-OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL"
 Writers = dict[str, Callable[[Path], None]]
 
 
@@ -65,13 +66,6 @@ def driving_side(config: Config) -> DrivingSide:
     """The side of the road on which traffic is shown."""
     osm = config.ingest.osm
     return config.report.driving_side or (osm.side() if osm is not None else "right")
-
-
-def attribution(config: Config) -> str:
-    """Who is to be named where results are shown; empty: nobody that is known."""
-    if config.report.attribution is not None:
-        return config.report.attribution
-    return OSM_ATTRIBUTION if config.ingest.format == "osm" else ""
 
 
 def information(material: Material) -> dict[str, object]:

@@ -8,8 +8,10 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from pipeline.attribution import attribution
 from pipeline.config import Config
 from pipeline.material import Material
+from pipeline.results_files import driving_side
 from pipeline.space_time_config import SpaceTimeSection
 from uxsim_geo.errors import Fault, InputError
 
@@ -50,6 +52,8 @@ class SpaceTime:
             most_links=wishes.most_links,
             time=wishes.time_s,
             size=(wishes.width_px, wishes.height_px),
+            driving_side=driving_side(self.material.config),
+            attribution=attribution(self.material.config),
         )
 
     @cached_property
@@ -139,4 +143,4 @@ def _write_page(run: SpaceTime, path: Path) -> None:
 def _write_vtk(run: SpaceTime, path: Path) -> None:
     from uxsim_geo.export.space_time.vtk import write_vtk
 
-    write_vtk(path, run.material.network, run.material.states, run.ways)
+    write_vtk(path, run.material.network, run.material.states, run.ways, run.look.attribution)

@@ -314,7 +314,11 @@ def test_notes_and_run_information_are_text_as_given(package: Path) -> None:
         "3.5",
     ]
     information = pyogrio.read_dataframe(package, layer="run_info")
-    assert dict(information.itertuples(index=False)) == {"seed": "7", "title": 'Nüßler\'s "run"'}
+    assert dict(information.itertuples(index=False)) == {
+        "seed": "7",
+        "title": 'Nüßler\'s "run"',
+        "attribution": "© <Jürgen> & 'co'",
+    }
 
 
 def test_every_column_is_described_in_the_file(package: Path) -> None:

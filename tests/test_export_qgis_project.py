@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 import pytest
 from packaged_road import description_of, run_of, two_way_road, write
 
+from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.export.findings import Findings
 from uxsim_geo.export.geopackage import write_geopackage
 from uxsim_geo.export.qgis_parts import as_label
@@ -55,6 +56,19 @@ def test_the_slider_runs_over_the_run_bin_by_bin(tmp_path: Path) -> None:
     assert (settings.get("timeStep"), settings.get("timeStepUnit")) == ("1", "min")
     times = [settings.findtext(f"TemporalRange/{name}") for name in ("start", "end")]
     assert times == ["2024-03-01T07:00:00Z", "2024-03-01T07:02:29Z"]
+
+
+@pytest.mark.parametrize("bin_s", [0.5, 1.0, 2.0])
+def test_short_bins_are_steps_of_the_slider(tmp_path: Path, bin_s: float) -> None:
+    network = two_way_road("EPSG:25832")
+    run, description = run_of(network), description_of(network)
+    states = link_times(run.result, network, bin_s=bin_s)
+    path = tmp_path / "results.gpkg"
+    layers = layers_of_run(replace(run, states=states), description)
+    write_geopackage(path, layers, description)
+    settings = project_of(path).find("ProjectTimeSettings")
+    assert settings is not None
+    assert (settings.get("timeStep"), settings.get("timeStepUnit")) == (f"{bin_s:g}", "s")
 
 
 def test_without_states_the_whole_run_is_shown(tmp_path: Path) -> None:

@@ -227,6 +227,78 @@ def test_links_that_lost_most_time_are_chosen() -> None:
     assert not fast.links.size
 
 
+def standing(network: Network, states: pd.DataFrame) -> pd.DataFrame:
+    """The states with a queue on every link, the longer lost the lower its number."""
+    number = np.repeat(np.arange(len(network.links))[::-1], len(states) // len(network.links))
+    return states.assign(speed=0.0, density=0.2, time=1.0, delay=3600.0 * (1 + number))
+
+
+def test_walls_of_a_large_network_do_not_crowd_its_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    network, states = many_roads(60)
+    states, plane = standing(network, states), MapPlane.of(network)
+    assert len(Choice.of(network, states, plane, Look()).links) == 60  # a small one shows all
+    monkeypatch.setattr(choices, "FEW_LINKS", 50)
+    _, y0, _, y1 = Choice.of(network, states, plane, Look()).box
+    side = y1 - y0  # every wall is of 1 km and stands the whole time
+    for crowded, count in ((25.5, 25), (1.0, choices.LEAST_WALLS)):
+        monkeypatch.setattr(choices, "CROWDED", crowded * 1000 / side)
+        part = Choice.of(network, states, plane, Look())
+        assert part.links.tolist() == list(range(count))
+        ground = part.on_ground()
+        assert ground.tolist() == list(range(count, 60))
+    assert len(Choice.of(network, states, plane, Look(most_links=40)).links) == 40  # as asked for
+
+
+def test_short_walls_crowd_a_map_as_much_as_longer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    network, states = many_roads(60)
+    short = [LineString([(0, 100.0 * k), (1, 100.0 * k)]) for k in range(60)]
+    network = Network(network.nodes, gpd.GeoDataFrame(network.links).set_geometry(short))
+    monkeypatch.setattr(choices, "FEW_LINKS", 50)
+    monkeypatch.setattr(choices, "CROWDED", 30.5 * choices.SHORTEST)
+    chosen = Choice.of(network, standing(network, states), MapPlane.of(network), Look())
+    assert len(chosen.links) == 30
+
+
+def test_slow_links_without_a_wall_lie_on_the_ground_in_the_colour_of_their_worst_state() -> None:
+    network, states = many_roads(3)
+    states = standing(network, states)
+    states.loc[states["link_id"] == "link 2", "speed"] = 9.0  # 45 % of 20 m/s
+    scene = space_time_scene(network, states, Look(most_links=1))
+    assert len(boxes(scene)) == 1
+    # the link with a wall is the last, on top
+    assert scene["slow.rgb"].tolist() == [class_rgb(0), class_rgb(2), class_rgb(0)]
+    y = scene["slow.points"][scene["slow.lines"][:, 0], 1]
+    assert np.argsort(y).tolist() == [2, 0, 1]
+
+
+def test_what_lies_on_the_ground_ends_where_the_map_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    network, states = many_roads(60)
+    lost = standing(network, states)
+    lost["delay"] = np.where(lost["link_id"].isin([f"link {k}" for k in range(12)]), 3600.0, 1e-3)
+    monkeypatch.setattr(choices, "FEW_LINKS", 50)
+    scene = space_time_scene(network, lost, Look())
+    assert 12 <= len(scene["slow.lines"]) < 60
+    x0, y0, x1, y1 = scene["ground"]
+    points = scene["slow.points"]
+    assert (points[:, :2] >= (x0, y0)).all()
+    assert (points[:, :2] <= (x1, y1)).all()
+
+
+def test_links_stand_on_the_side_that_is_driven_on() -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network)
+    right, left = (
+        space_time_scene(network, states, Look(driving_side=side)) for side in ("right", "left")
+    )
+    for name in ("ribbons", "queues", "slow"):
+        low, high = right[f"{name}.points"][:, 1], left[f"{name}.points"][:, 1]
+        assert (low < 0).all()
+        assert np.sort(high) == pytest.approx(np.sort(-low))
+        assert left[f"{name}.points"][:, 0].min() == pytest.approx(
+            right[f"{name}.points"][:, 0].min()
+        )
+
+
 def test_a_few_slow_vehicles_are_no_queue() -> None:
     network = two_way_road()
     states = states_with_a_queue(network)
@@ -318,6 +390,8 @@ def test_a_narrow_map_carries_no_tower(width: float, depth: float, height: float
     plane = MapPlane.of(two_way_road())
     frame = Frame.of(plane, (0.0, 0.0, 500 * width, 500 * depth), 60.0)
     assert frame.height == pytest.approx(height)
+    crowded = Frame.of(plane, (0.0, 0.0, 500 * width, 500 * depth), 60.0, crowded=True)
+    assert crowded.height == pytest.approx(min(height, frames.CROWDED_HEIGHT))
     assert frame.upwards(30.0) == pytest.approx(height / 2)
     assert frame.ground.tolist() == pytest.approx([-width / 2, -depth / 2, width / 2, depth / 2])
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from conftest import REPOSITORY
 from page_parts import document
 from small_networks import demand, link, network
 from small_run import CONFIG, run_small, write_small_run
 
-from pipeline.config_file import load_config
-from pipeline.results_files import attribution
 from uxsim_geo import World, explore, simulate
 from uxsim_geo.settings import Settings
 
@@ -31,11 +28,6 @@ def test_a_run_writes_the_page_with_its_facts(tmp_path: Path) -> None:
     assert content["links"]["ids"] == ["1-3", "3-4", "4-2"]
     assert content["zones"]["kind"] == "zones of the network"
     assert content["zones"]["vehicles"] == [100]
-
-
-def test_maps_of_openstreetmap_say_so() -> None:
-    config = load_config(REPOSITORY / "configs" / "osm_place.yaml")
-    assert attribution(config) == "© OpenStreetMap contributors, ODbL"
 
 
 def test_scripts_get_the_page_for_a_notebook(tmp_path: Path) -> None:

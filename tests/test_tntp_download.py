@@ -62,6 +62,7 @@ def write_collection(path: Path, url: str) -> None:
         f'url = "{url}/{{commit}}"',
         'citation = "Small Networks for Tests"',
         f'terms = "{TERMS}"',
+        f'credit = "Small Networks, {TERMS}"',
     ]
     for name, roles in (("Small-Town", ("net", "nodes", "trips")), ("Tripless", ("net",))):
         lines += [f"[networks.{name}]", f'about = "{name}, for tests"', 'note = "not to scale"']
@@ -386,6 +387,8 @@ def test_the_configuration_shown_runs_and_says_where_its_data_are_from(
     assert source["value"].iloc[1:].tolist() == hashes
     assert hashes == [hashlib.sha256(text.encode()).hexdigest() for text in FILES.values()]
     assert all(word in source["note"].iloc[0] for word in ("Small Networks", COMMIT, TERMS))
+    page = (tmp_path / "run/import_notes.html").read_text(encoding="utf-8")
+    assert f"Data: Small-Town: Small Networks, {TERMS}." in page
     assert len(server.asked) == 3
 
 

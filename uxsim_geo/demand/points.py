@@ -15,6 +15,7 @@ from uxsim_geo.demand.od_table import add_of_rows
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.projection import metres_around
 from uxsim_geo.network.rows import is_among
 
 Floats = npt.NDArray[np.float64]
@@ -153,7 +154,7 @@ def metric_crs(network: Network) -> Any:
     stretched = "Mercator" in method and "Transverse" not in method
     if own.is_projected and own.axis_info[0].unit_name == "metre" and not stretched:
         return own
-    return network.nodes.estimate_utm_crs()  # type: ignore[operator]  # a GeoDataFrame
+    return metres_around(network.nodes["geometry"])
 
 
 def node_metres(network: Network) -> Floats:

@@ -189,7 +189,8 @@ BIN = (
         "end",
         "to",
         "UTC",
-        "its end, one second before the next `begin`, so that a map shows one bin at a time",
+        "its end, one second before the next `begin`, so that a map shows one bin at a time; of a "
+        "bin of one second or less its `begin`",
     ),
 )
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 ENDINGS = (".gif", ".mp4")
 DPI = 100
-MOST_PICTURES = 20_000  # over half an hour of 100 ms each, and hours to draw
+MOST_PICTURES = 5_000  # over eight minutes of 100 ms each; of a city half an hour and more to draw
 
 #: told which share of the pictures is done, 0 to 1
 Progress = Callable[[float], None]

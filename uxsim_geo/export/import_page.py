@@ -41,12 +41,15 @@ class ImportDescription:
         s: links that are driven in less at free speed are listed as short
     openstreetmap
         whether ids are those of OpenStreetMap, so that they lead there
+    attribution
+        whose other data it is; empty: nobody's that is known
     """
 
     name: str
     notes: pd.DataFrame
     step: float
     openstreetmap: bool = False
+    attribution: str = ""
 
 
 def write_import_page(path: Path, network: Network, told: ImportDescription) -> None:
@@ -78,6 +81,7 @@ def import_page(network: Network, told: ImportDescription) -> str:
     return environment.get_template(TEMPLATE).render(
         name=told.name,
         openstreetmap=told.openstreetmap,
+        attribution=told.attribution,
         nodes=len(network.nodes),
         all=shares_of_all(network.links),
         classes=shares_by_class(network.links).to_dict("records"),

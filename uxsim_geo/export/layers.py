@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime
 
 import numpy as np
 import pandas as pd
@@ -62,7 +62,10 @@ def links_layer(
 def link_times_layer(network: Network, states: pd.DataFrame, start: datetime) -> pd.DataFrame:
     """One row a link and time bin; begin and end on the clock that shows ``start`` at 0 s.
 
-    end lies one second before the next begin, so that a temporal map shows one bin at a time.
+    end lies one second before the next begin, so that a temporal map shows one bin at a time; a bin
+    of a second or less, as the last one may be, ends where it begins.
+
+    Raises :class:`uxsim_geo.errors.InputError` unless states are those of all links in all bins.
     """
     bins = len(StateGrid.of_all(states, network).begin)
     links = pd.DataFrame(
@@ -175,9 +178,9 @@ def _add_fullness(layer: pd.DataFrame, figures: pd.DataFrame) -> None:
 
 def _times(states: pd.DataFrame, start: datetime) -> pd.DataFrame:
     """Columns begin and end of begin_s and end_s."""
-    ends = {"begin": (states["begin_s"], start)}
-    ends["end"] = (states["end_s"], start - timedelta(seconds=1))
-    return pd.DataFrame({name: instants(*of) for name, of in ends.items()})
+    begin = states["begin_s"]
+    end = (states["end_s"] - 1.0).clip(lower=begin)
+    return pd.DataFrame({"begin": instants(begin, start), "end": instants(end, start)})
 
 
 def instants(seconds: pd.Series, start: datetime) -> pd.Series:

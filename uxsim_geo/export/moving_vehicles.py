@@ -14,6 +14,7 @@ from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
+from uxsim_geo.export.attribution import add_attribution
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.film import (
@@ -26,6 +27,7 @@ from uxsim_geo.export.film import (
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, speed_scale
 from uxsim_geo.export.trails import trails
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -43,6 +45,8 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     *,
     frame_ms: float,
     trail: int = TRAIL,
+    driving_side: DrivingSide = "right",
+    attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
     """Write a moving map with a picture a moment: a dot for every platoon, and a fading trail.
@@ -51,7 +55,8 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     within some hours, if only they are to be seen). The colour of a dot is its speed from then on,
     relative to free speed, that of a trail its speed until then. A trail is the exact way on the
     lines of the links over the last ``trail`` pictures; 0: none. The ending of ``path`` is .gif or
-    .mp4; a picture lasts ``frame_ms``; ``progress`` is told the share that is done.
+    .mp4; a picture lasts ``frame_ms``; ``attribution`` is named at its foot; ``progress`` is told
+    the share that is done.
 
     Without any sample the clock runs over the empty roads of the whole simulation.
 
@@ -62,10 +67,11 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     _check_trail(trail)
     number, moments = _moments(samples, passages.end)
     check_pictures(moments.size, "interval", samples.interval)
-    sheet = MapSheet.of(network, "")
+    sheet = MapSheet.of(network, "", driving_side)
     roads = sheet.beside(np.full(len(sheet.plane.lines), _dot_size(sheet)))
     sheet.draw_roads(roads)
     sheet.draw_scale()
+    add_attribution(sheet.figure, attribution)
     lines = LinkLines.of(roads)
     dots = _dots(sheet)
     places = _places(passages, samples, lines, number, moments.size)

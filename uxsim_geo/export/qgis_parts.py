@@ -14,6 +14,7 @@ from uxsim_geo.export.findings import Findings, extent_of_traffic
 from uxsim_geo.export.qml import plain
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.styles import NamedStyle
+from uxsim_geo.network.projection import metres_around
 
 #: from the top of the map down
 ON_MAP = ("import_notes", "nodes", "trajectories", "od_lines", "link_states", "links")
@@ -59,7 +60,7 @@ class Project:
         own = crs = getattr(links, "crs", None)
         if crs is not None and crs.is_geographic:
             # degrees would stretch the map, the more the further from the equator
-            crs = links.estimate_utm_crs()  # type: ignore[operator]
+            crs = metres_around(links["geometry"])
             links = links.to_crs(crs)  # type: ignore[operator]
         extent = extent_of_traffic(links)
         there = {name for name, layer in layers.items() if "geometry" in layer.columns}

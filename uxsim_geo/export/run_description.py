@@ -69,6 +69,12 @@ class RunDescription:
             raise ValueError(f"start needs a time zone, for instance UTC: {self.start.isoformat()}")
 
     @property
+    def run_info(self) -> dict[str, object]:
+        """What ``run_info`` holds: the information, and who is to be named."""
+        named = {"attribution": self.attribution} if self.attribution else {}
+        return {**self.information, **named}
+
+    @property
     def origin(self) -> datetime:
         """Second 0 in layers."""
         return origin_of(self.start)

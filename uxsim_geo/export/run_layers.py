@@ -62,7 +62,7 @@ def layers_of_run(
             run.result, network, run.passages, sample or Sample(), start
         ),
         "import_notes": lambda: notes_layer(description.notes),
-        "run_info": lambda: run_info_layer(description.information),
+        "run_info": lambda: run_info_layer(description.run_info),
     }
     return {name: makers[name]() for name in names_of_layers(network, wanted)}
 

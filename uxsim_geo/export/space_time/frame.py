@@ -12,6 +12,7 @@ from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.map_plane import MapPlane
 
 HEIGHT = 0.45  # of the time axis at most, as a part of the map's larger side
+CROWDED_HEIGHT = 0.3  # of it over many links, where walls would hide one another
 LEAST_HEIGHT = 0.25  # of it on a narrow map, where it would tower
 MOST_TICKS = 7
 EAST, NORTH, UP = np.eye(3)
@@ -34,11 +35,19 @@ class Frame:
     duration: float
 
     @classmethod
-    def of(cls, plane: MapPlane, box: tuple[float, float, float, float], duration: float) -> Frame:
-        """Choose the height by the extent: a narrow map carries no tower."""
+    def of(
+        cls,
+        plane: MapPlane,
+        box: tuple[float, float, float, float],
+        duration: float,
+        *,
+        crowded: bool = False,
+    ) -> Frame:
+        """Choose the height by the extent: a narrow map carries no tower, nor a crowded one."""
         x0, y0, x1, y1 = box
         narrow = min(x1 - x0, y1 - y0) / max(x1 - x0, y1 - y0)
-        return cls(plane, box, min(HEIGHT, max(narrow, LEAST_HEIGHT)), duration)
+        highest = CROWDED_HEIGHT if crowded else HEIGHT
+        return cls(plane, box, min(highest, max(narrow, LEAST_HEIGHT)), duration)
 
     @property
     def side(self) -> float:

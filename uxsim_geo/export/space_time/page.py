@@ -47,6 +47,7 @@ def write_page(path: Path, scene: dict[str, Any], look: Look) -> None:
     )
     page = environment.get_template(TEMPLATE).render(
         title=str(scene["title"]),
+        attribution=str(scene["attribution"]),
         # a name must not end the script that holds it
         texts=texts.replace("<", "\\u003c"),
         arrays=packed,

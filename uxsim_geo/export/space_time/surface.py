@@ -47,6 +47,7 @@ def surface_scene(network: Network, states: pd.DataFrame, look: Look) -> dict[st
         **place_parts(network, states, frame, look),
         "subtitle": f"Time lost over the whole run, {unit}, as height and colour: "
         f"{in_words(3600 * float(delay.sum()))} in all",
+        "attribution": look.attribution,
         "scale_title": scale.title,
         "scale_labels": np.array(scale.labels()),
         "scale_rgb": scale.rgb(),
