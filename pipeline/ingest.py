@@ -12,14 +12,15 @@ from pipeline.config_keys import named_files
 from pipeline.demand_sources import of_class, read_demand_entries
 from pipeline.import_notes import PAGE, with_doubts, write_page
 from pipeline.ingest_config import IngestSection
-from pipeline.osm_roads import CACHE, downloaded_files, fetch_roads, roads_of
+from pipeline.osm_roads import CACHE, DOWNLOAD, downloaded_files, fetch_roads, roads_of
 from pipeline.progress import Watch
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS, signal_table
 from pipeline.stages import Outcome, Stage, Task
-from pipeline.tntp_sources import dataset_inputs, fetch_dataset, files_of, note_dataset
-from pipeline.warned import number_in_words, warnings_in
+from pipeline.tntp_sources import DATASET, dataset_inputs, fetch_dataset, files_of, note_dataset
+from pipeline.warned import warnings_in
 from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.network.note_words import number_in_words
 from uxsim_geo.network.rows import count
 
 if TYPE_CHECKING:
@@ -44,6 +45,12 @@ def _prepare(config: Config, watch: Watch) -> None:
     if config.ingest.osm is not None:
         fetch_roads(config.ingest.osm, watch.say)
     fetch_dataset(config.ingest, watch.say)
+
+
+def _downloads(config: Config) -> tuple[str, ...]:
+    """How names of inputs begin that are downloaded once; those of refresh: true are wanted."""
+    osm = config.ingest.osm
+    return () if osm is not None and osm.refresh else (DOWNLOAD, DATASET)
 
 
 def _run(task: Task) -> Outcome:
@@ -74,7 +81,7 @@ def _run(task: Task) -> Outcome:
     return Outcome(names, _words(network, demand), warnings=warnings_in(told))
 
 
-STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare)
+STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare, _downloads)
 
 
 def read_sources(section: IngestSection, progress: Telling | None = None) -> tuple[Network, Demand]:

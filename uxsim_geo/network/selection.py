@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.control.site import Target
-from uxsim_geo.errors import Faults
-from uxsim_geo.network.expressions import rows_where
+from uxsim_geo.errors import Faults, did_you_mean
+from uxsim_geo.network.expressions import add_unknown_texts, rows_where
 from uxsim_geo.network.network import Network
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
@@ -36,8 +35,8 @@ def select_links(
     a polygon if its geometry starts outside and ends inside; on the border is inside.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids
-    and columns, an expression that cannot be read, an area that is none or whose reference system
-    is not known.
+    and columns, an expression that cannot be read, or that holds nowhere since no link has a text
+    of it (as a street's name), an area that is none or whose reference system is not known.
     """
     faults = Faults()
     meant = np.ones(len(network.links), bool)
@@ -46,7 +45,10 @@ def select_links(
             link_ids = pd.Index(network.links["link_id"].astype(str))
         meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
-        meant &= rows_where(network.links, target.where, faults)
+        holds = rows_where(network.links, target.where, faults)
+        if not holds.any() and not faults.found:
+            add_unknown_texts(network.links, target.where, faults)
+        meant &= holds
     if target.polygon is not None:
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":
@@ -61,9 +63,7 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     wanted = list(dict.fromkeys(links))
     places = link_ids.get_indexer(pd.Index(wanted, dtype=link_ids.dtype))
     for number, place in enumerate(np.flatnonzero(places < 0)):
-        close = number < SUGGESTED
-        near = difflib.get_close_matches(wanted[place], link_ids, n=3) if close else []
-        advice = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
+        advice = did_you_mean(wanted[place], link_ids) if number < SUGGESTED else ""
         what = f"the network has no such link_id{advice}"
         faults.add(what, column="links", value=wanted[place])
     named = np.zeros(len(link_ids), bool)
