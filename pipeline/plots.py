@@ -12,6 +12,7 @@ from pipeline.config import Config
 from pipeline.config_keys import ChosenLinks
 from pipeline.material import Material
 from pipeline.plot_config import PlotEntry, PlotName
+from pipeline.results_files import driving_side
 from pipeline.yaml_source import place_in_words
 from uxsim_geo.errors import Fault, InputError
 
@@ -154,7 +155,8 @@ def _network_average(material: Material, entry: PlotEntry) -> Figure:  # noqa: A
 
     totals = link_totals(material.states)
     title = f"{material.config.name}: 0 to {material.result.settings.duration:,.0f} s"
-    return network_state_figure(material.network, totals, title)
+    side = driving_side(material.config)
+    return network_state_figure(material.network, totals, title, driving_side=side)
 
 
 def _network(material: Material, entry: PlotEntry) -> Figure:
@@ -162,13 +164,17 @@ def _network(material: Material, entry: PlotEntry) -> Figure:
 
     assert entry.time_s is not None
     states = _states(material, entry)
-    return network_at_time_figure(material.network, states, entry.time_s, material.config.name)
+    side, title = driving_side(material.config), material.config.name
+    return network_at_time_figure(material.network, states, entry.time_s, title, side)
 
 
 def _network_plan(material: Material, entry: PlotEntry) -> Figure:  # noqa: ARG001
     from uxsim_geo.export.network_plan import network_figure
 
-    return network_figure(material.network, material.config.name, size=(8.0, 8.0))
+    side = driving_side(material.config)
+    return network_figure(
+        material.network, material.config.name, size=(8.0, 8.0), driving_side=side
+    )
 
 
 def _macroscopic_fundamental_diagram(material: Material, entry: PlotEntry) -> Figure:
@@ -275,6 +281,7 @@ def _network_anim(material: Material, entry: PlotEntry, path: Path, progress: Pr
         states,
         path,
         frame_ms=entry.frame_ms,
+        driving_side=driving_side(material.config),
         attribution=attribution(material.config),
         progress=progress,
     )
@@ -293,6 +300,7 @@ def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: P
         path,
         frame_ms=entry.frame_ms,
         trail=entry.trail,
+        driving_side=driving_side(material.config),
         attribution=attribution(material.config),
         progress=progress,
     )

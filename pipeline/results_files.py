@@ -46,6 +46,7 @@ def flatgeobuf(material: Material) -> Writers:
 
 def describe(material: Material) -> RunDescription:
     """What files say of a run: nothing that differs between two equal ones."""
+    from pipeline.control_words import changes_of
     from uxsim_geo.export.run_description import RunDescription
 
     config = material.config
@@ -56,6 +57,7 @@ def describe(material: Material) -> RunDescription:
         name=config.name,
         driving_side=driving_side(config),
         attribution=attribution(config),
+        changes=changes_of(config, material.network),
         provenance=_provenance(material),
     )
 
@@ -69,6 +71,7 @@ def driving_side(config: Config) -> DrivingSide:
 def information(material: Material) -> dict[str, object]:
     """What run_info says."""
     import uxsim_geo.version
+    from uxsim_geo.export.run_description import origin_of
 
     config = material.config
     figures = {name: value for name, value in material.figures.items() if name != "engine_wall_s"}
@@ -76,7 +79,8 @@ def information(material: Material) -> dict[str, object]:
     return {
         "name": config.name,
         "uxsim_geo_version": uxsim_geo.version.__version__,
-        "start": config.report.start.isoformat(),
+        "start": origin_of(config.report.start).isoformat(),
+        "start_given": config.report.start is not None,
         "bin_s": config.report.bin_s,
         **config.simulate.model_dump(exclude={"classes", "control"}),
         "classes": ", ".join(entry.name for entry in config.simulate.classes),

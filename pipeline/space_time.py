@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import datetime
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from pipeline.attribution import attribution
-from pipeline.config import Config, ReportSection
+from pipeline.config import Config
 from pipeline.material import Material
 from pipeline.results_files import driving_side
 from pipeline.space_time_config import SpaceTimeSection
@@ -46,7 +45,7 @@ class SpaceTime:
         wishes, report = self.wishes, self.material.config.report
         return Look(
             title=self.material.config.name,
-            start=_told(report.start),
+            start=report.start,
             colour=wishes.colour,
             show=wishes.show,
             slower_than=wishes.slower_than,
@@ -102,11 +101,6 @@ def space_time_writers(material: Material, progress: Progress) -> dict[str, Call
         else:
             writers[f"{NAME}.{form}"] = partial(_write_vtk, run)
     return writers
-
-
-def _told(start: datetime) -> datetime | None:
-    """The start, unless nobody has told it: then the clock counts from 0:00."""
-    return None if start == ReportSection.model_fields["start"].default else start
 
 
 def _write_still(run: SpaceTime, camera: Any, path: Path) -> None:

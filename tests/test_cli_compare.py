@@ -55,6 +55,8 @@ def test_tables_and_sentences_of_two_runs(
     assert "closed against small, one pair of runs, 1,200 s each:" in said.out
     assert "vehicles unfinished: +" in said.out
     out = runs[0].parent / "closed_against_small"
+    assert main(["inspect", str(out)]) == 0
+    assert capsys.readouterr().out.startswith("closed against small, one pair of runs, 1,200 s")
     out = out / "comparison"
     names = {path.name for path in out.iterdir()}
     assert {"totals.csv", "links.csv", "trips.csv", "summary.txt", "comparison.json"} <= names

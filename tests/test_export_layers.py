@@ -99,11 +99,16 @@ def test_few_pairs_are_lines_between_their_nodes() -> None:
             assert row.beeline_m == pytest.approx(row.geometry.length, rel=0.02)
 
 
-def test_many_pairs_are_put_together_by_cells_and_lose_nobody() -> None:
+def test_many_ends_are_put_together_in_squares_and_lose_nobody(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("uxsim_geo.export.trip_ends.MOST_NODES", 24)
+    monkeypatch.setattr("uxsim_geo.export.trip_ends.MOST_SQUARES", 4)
     network = grid_of_nodes(5, 400.0)
     od = od_table(trips_between_all(network, 2), network)
-    layer = od_lines_layer(network, od, most=20)
-    assert len(layer) <= 20
+    layer = od_lines_layer(network, od)
+    assert set(layer["origin"]) == {"A1", "A2", "B1", "B2"}
+    assert len(layer) == 16
     (cell,) = set(layer["cell_m"])
     # five columns 400 m apart: cells of 1,000 m hold up to 3 x 3 nodes, smaller ones leave more
     assert cell == 1000.0

@@ -47,6 +47,17 @@ def test_links_lie_to_the_right_of_their_direction_and_do_not_overlap() -> None:
     assert (free[:, 1] > 0).all()
 
 
+def test_where_people_drive_on_the_left_links_lie_there() -> None:
+    network = two_way_road()
+    totals = link_totals(states_with_a_queue(network))
+    free, slow = drawn_traffic(
+        network_state_figure(network, totals, "t", driving_side="left")
+    ).get_segments()
+    assert slow[0][0] < slow[-1][0]
+    assert (slow[:, 1] > 0).all()  # eastwards: left is north
+    assert (free[:, 1] < 0).all()
+
+
 def test_colour_is_the_speed_and_width_the_volume() -> None:
     traffic = drawn_traffic(state_figure(two_way_road()))
     colours = traffic.get_colors()
@@ -198,6 +209,6 @@ def test_a_line_that_cannot_be_moved_stays() -> None:
     network = two_way_road()
     point = LineString([(0, 0), (0, 0)])
     plane = replace(MapPlane.of(network), lines=np.array([point, LineString([(0, 0), (9, 0)])]))
-    stayed, moved = plane.to_the_right(np.array([1.0, 1.0]))
+    stayed, moved = plane.beside(np.array([1.0, 1.0]), "right")
     assert stayed.equals_exact(point, 0)
     assert moved.bounds == pytest.approx((0, -1, 9, -1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import datetime, timedelta, timezone
 
 import geopandas as gpd
 import numpy as np
@@ -16,6 +16,7 @@ from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time import camera as cameras
@@ -24,10 +25,9 @@ from uxsim_geo.export.space_time import frame as frames
 from uxsim_geo.export.space_time import walls as walls
 from uxsim_geo.export.space_time.bins import coarser
 from uxsim_geo.export.space_time.choice import Choice
-from uxsim_geo.export.space_time.frame import Frame, ticks
+from uxsim_geo.export.space_time.frame import Frame
 from uxsim_geo.export.space_time.framing import best_side
 from uxsim_geo.export.space_time.look import Look
-from uxsim_geo.export.space_time.places import places
 from uxsim_geo.export.space_time.scale import round_above
 from uxsim_geo.export.space_time.scene import space_time_scene
 from uxsim_geo.export.space_time.surface import surface_scene
@@ -326,15 +326,14 @@ def test_places_tell_where_when_and_how_bad() -> None:
     links = network.links.assign(name=["Königs$traße <b>", None])
     network = Network(network.nodes, links)
     states = states_with_a_queue(network)
-    choice = Choice.of(network, states, MapPlane.of(network), Look())
-    (place,) = places(network, choice)
-    assert place.name == "Königs$traße <b>"
-    assert (place.begin, place.end, place.speed) == (0.0, 200.0, 0.0)
-    # 190 + 1000 veh·s... of 10 vehicles, less what 1975 m need at 20 m/s
-    lost = states.loc[states["link_id"] == "link 0", "delay"].sum() / 3600
-    assert place.lost == pytest.approx(lost)
+    own = states[states["link_id"] == "link 0"].reset_index()
+    lost, worst = own["delay"].sum() / 60, own.loc[own["delay"].idxmax()]
     scene = space_time_scene(network, states, Look())
-    assert scene["notes"][1] == f"1  Königs$traße <b>: {lost:,.1f} veh·h, 0:00–0:03, down to 0 km/h"
+    span = Clock.of(None, states["end_s"]).span(worst["begin_s"], worst["end_s"])
+    speed = 3.6 * worst["distance"] / worst["time"]
+    assert scene["notes"][1] == (
+        f"1  Königs$traße <b>: {lost:,.1f} veh·min, {span} at {speed:.0f} km/h"
+    )
     assert scene["marks.points"][:, :2] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
     assert scene["marks.points"][0, 2] > HEIGHT
 
@@ -343,15 +342,13 @@ def test_links_without_a_name_go_by_their_id_and_streets_count_as_one() -> None:
     network, states = many_roads(6)
     named = ["Long Street", "Long Street", None, "", "Long Street", " "]
     network = Network(network.nodes, network.links.assign(name=named))
-    choice = Choice.of(network, states, MapPlane.of(network), Look())
-    found = places(network, choice)
-    assert found[0].name == "Long Street"
-    assert {place.name for place in found[1:]} == {"link link 2", "link link 3", "link link 5"}
-    # of a street of which one link is drawn, the time lost on all of its links is told
-    alone = Choice.of(network, states, MapPlane.of(network), Look(most_links=1))
-    (place,) = places(network, alone)
-    assert place == found[0]
-    assert place.link == 0
+    scene = space_time_scene(network, states, Look())
+    found = [note.partition("  ")[2].partition(":")[0] for note in scene["notes"][1:]]
+    assert found[0] == "Long Street"
+    assert set(found[1:]) == {"link link 2", "link link 3", "link link 5"}
+    # how many links are drawn changes nothing of what is told
+    alone = space_time_scene(network, states, Look(most_links=1))
+    assert alone["notes"].tolist() == scene["notes"].tolist()
 
 
 def test_an_empty_network_has_a_map_and_no_walls() -> None:
@@ -379,21 +376,10 @@ def test_the_axes_tell_time_distance_and_north() -> None:
 def test_the_axis_shows_round_times_of_the_clock_in_its_zone() -> None:
     zone = timezone(timedelta(hours=2))
     look = Look(start=datetime(2024, 5, 1, 7, 10, tzinfo=zone))
-    assert look.clock_title == "time, UTC+2"
-    west = Look(start=datetime(2024, 5, 1, tzinfo=timezone(timedelta(hours=-3, minutes=-30))))
-    assert west.clock_title == "time, UTC−3:30"
-    assert Look(start=datetime(2024, 5, 1, tzinfo=UTC)).clock_title == "time, UTC"
-    assert ticks(look, 7200.0) == [
-        (600.0, "7:20"),
-        (1800.0, "7:40"),
-        (3000.0, "8:00"),
-        (4200.0, "8:20"),
-        (5400.0, "8:40"),
-        (6600.0, "9:00"),
-    ]
-    assert ticks(Look(), 90_000.0)[-1] == (86_400.0, "24:00")
-    late = Look(start=datetime(2024, 5, 1, 23, 0, tzinfo=zone))
-    assert late.clock(7200.0) == "1:00"
+    network = two_way_road()
+    scene = space_time_scene(network, states_with_a_queue(network), look)
+    for corner in range(4):
+        assert {"time, UTC+02:00", "07:10", "07:11"} <= set(scene[f"axes{corner}.texts"])
 
 
 @pytest.mark.parametrize(

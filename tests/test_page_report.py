@@ -22,8 +22,7 @@ def test_a_run_writes_the_page_with_its_facts(tmp_path: Path) -> None:
     assert "<dt>duration s</dt><dd>1,200</dd>" in text
     assert "OpenStreetMap contributors, ODbL" not in text
     content = document(text)
-    assert content["start_ms"] == 1772605800000  # 06:30 UTC, 07:30 on the clock
-    assert content["offset_min"] == 60
+    assert content["spans"] == ["07:30–07:35", "07:35–07:40", "07:40–07:45", "07:45–07:50"]
     assert "Times are those of 4 March 2026, UTC+01:00." in text
     assert content["edges"] == [0, 300, 600, 900, 1200]
     assert content["links"]["ids"] == ["1-3", "3-4", "4-2"]

@@ -11,8 +11,8 @@ entries; SQLite takes whichever condition serves a question best.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
@@ -40,6 +40,17 @@ VIEW = """
 """
 
 
+class Times(Protocol):
+    """Links by time as tables of some bins, which together may not fit in memory."""
+
+    @property
+    def bins(self) -> pd.DataFrame:
+        """Begin and end of every bin."""
+
+    def parts(self) -> Iterator[pd.DataFrame]:
+        """Tables of some bins after the other, all links of them, link by link."""
+
+
 class InTime(NamedTuple):
     """Links in time bins: names of the layer of links, of the tables of values and bins, and views.
 
@@ -65,20 +76,18 @@ LINKS_IN_TIME = InTime(
 )
 
 
-def values_of(link_times: pd.DataFrame, links: int) -> pd.DataFrame:
-    """The numbers of the layer link_times, link by link, as rows bin by bin."""
-    bins = len(link_times) // links
-    order = np.arange(len(link_times)).reshape(links, bins).T.ravel()
-    values = link_times.drop(columns=list(NOT_STORED)).iloc[order].reset_index(drop=True)
-    values.insert(0, "link_fid", order // bins + 1)
-    return values
+def values_of(link_times: Times, links: int) -> Iterator[pd.DataFrame]:
+    """The numbers of the layer link_times in rows bin by bin, some bins at a time."""
+    for part in link_times.parts():
+        bins = len(part) // links
+        order = np.arange(len(part)).reshape(links, bins).T.ravel()
+        values = part.drop(columns=list(NOT_STORED)).iloc[order].reset_index(drop=True)
+        values.insert(0, "link_fid", order // bins + 1)
+        yield values
 
 
-def add_bins(
-    database: sqlite3.Connection, names: InTime, link_times: pd.DataFrame, links: int
-) -> None:
-    """The bins of ``link_times``, which has them for each link in the same order."""
-    bins = link_times.iloc[: len(link_times) // links]
+def add_bins(database: sqlite3.Connection, names: InTime, bins: pd.DataFrame, links: int) -> None:
+    """Begin and end of the bins, and which rows of the values are theirs."""
     begin, end = (
         bins[name].dt.strftime("%Y-%m-%dT%H:%M:%S.%f").str[:-3] + "Z" for name in ("begin", "end")
     )

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.projection import metres_around
 
@@ -63,14 +64,15 @@ class MapPlane:
         half = max(x1 - x0, y1 - y0, 1e-9) * 0.02
         return x0 - half, y0 - half, x1 + half, y1 + half
 
-    def to_the_right(self, distances: Floats) -> npt.NDArray[Any]:
-        """The lines moved to the right of their direction by map units, one distance a line.
+    def beside(self, distances: Floats, driving_side: DrivingSide) -> npt.NDArray[Any]:
+        """The lines moved to the side that is driven on by map units, one distance a line.
 
         A line too crooked to be moved in one piece stays where it is.
         """
         import shapely
 
-        moved = shapely.offset_curve(self.lines, -distances, join_style="mitre")
+        to_the_left = -distances if driving_side == "right" else distances
+        moved = shapely.offset_curve(self.lines, to_the_left, join_style="mitre")
         is_line = shapely.get_type_id(moved) == shapely.GeometryType.LINESTRING
         return np.where(is_line & ~shapely.is_empty(moved), moved, self.lines)
 

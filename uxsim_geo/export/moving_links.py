@@ -10,16 +10,17 @@ import pandas as pd
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.attribution import add_attribution
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.film import (
     MovingMap,
     Progress,
-    add_clock,
+    add_time,
     check_film,
     check_pictures,
-    clock,
     write_film,
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 SHOWN_SHARES = (0.2, 0.5, 1.0)  # of jam density, in the legend
@@ -31,6 +32,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
     path: Path,
     *,
     frame_ms: float,
+    driving_side: DrivingSide = "right",
     attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
@@ -48,7 +50,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
     check_film(path, frame_ms)
     grid = StateGrid.of_all(states, network)
     check_pictures(len(grid.begin), "bin_s", float(grid.end[0] - grid.begin[0]))
-    sheet = MapSheet.of(network, "")
+    sheet = MapSheet.of(network, "", driving_side)
     roads = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
     sheet.draw_roads(roads)
     sheet.draw_scale()
@@ -61,7 +63,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
     sheet.axes.add_collection(traffic, autolim=False)
     sheet.colour_bar(traffic, "speed, % of free speed", format="%d")
     _draw_legend(sheet)
-    time = add_clock(sheet)
+    time, clock = add_time(sheet), Clock.of(None, [*begin, *end])
 
     def draw(number: int) -> None:
         slowest_last = np.argsort(-percent[:, number], kind="stable")
@@ -69,7 +71,7 @@ def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alon
         traffic.set_segments([lines[link] for link in used])
         traffic.set_linewidth(_widths(sheet, share[used, number]).tolist())
         traffic.set_array(percent[used, number])
-        time.set_text(f"{clock(begin[number])} to {clock(end[number])}")
+        time.set_text(clock.span(begin[number], end[number]))
 
     write_film(MovingMap(sheet, (traffic, time), draw, begin.size), path, frame_ms, progress)
 

@@ -15,18 +15,19 @@ from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.export.attribution import add_attribution
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.film import (
     MovingMap,
     Progress,
-    add_clock,
+    add_time,
     check_film,
     check_pictures,
-    clock,
     write_film,
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, speed_scale
 from uxsim_geo.export.trails import trails
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     *,
     frame_ms: float,
     trail: int = TRAIL,
+    driving_side: DrivingSide = "right",
     attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
@@ -65,7 +67,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     _check_trail(trail)
     number, moments = _moments(samples, passages.end)
     check_pictures(moments.size, "interval", samples.interval)
-    sheet = MapSheet.of(network, "")
+    sheet = MapSheet.of(network, "", driving_side)
     roads = sheet.beside(np.full(len(sheet.plane.lines), _dot_size(sheet)))
     sheet.draw_roads(roads)
     sheet.draw_scale()
@@ -77,7 +79,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     rows = np.flatnonzero(np.isin(passages.vehicle, passages.vehicle[samples.row]))
     driven = trails(passages, lines, rows, moments)
     latest: deque[list[Floats]] = deque(maxlen=trail)
-    time = add_clock(sheet)
+    time, clock = add_time(sheet), Clock.of(None, moments)
     if samples.time.size:
         _draw_legend(sheet, passages, trail * samples.interval)
     else:
@@ -89,7 +91,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
         offsets, percent = next(places)
         dots.set_offsets(offsets)
         dots.set_array(percent)
-        time.set_text(clock(moments[picture]))
+        time.set_text(clock.text(moments[picture]))
 
     film = MovingMap(sheet, (fading, dots, time), draw, moments.size)
     write_film(film, path, frame_ms, progress)

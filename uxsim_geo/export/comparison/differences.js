@@ -101,14 +101,8 @@ class Differences {
     return this.links.names[this.links.name[link]];
   }
 
-  clock(seconds) {
-    const { start_ms: start, offset_min: offset } = this.content;
-    const text = new Date(start + 60000 * offset + 1000 * seconds).toISOString();
-    return seconds % 60 ? text.slice(11, 19) : text.slice(11, 16);
-  }
-
   span(bin) {
-    return bin < 0 ? "whole run" : `${this.clock(this.edges[bin])}–${this.clock(this.edges[bin + 1])}`;
+    return bin < 0 ? "whole run" : this.content.spans[bin];
   }
 
   /** Names and values of a link for the box beside the pointer. */

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import timedelta
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from uxsim_geo.export.comparison.changes import (
     significance,
 )
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of, joined_network
-from uxsim_geo.export.page.document import link_columns, plain
+from uxsim_geo.export.page.document import TICKS, link_columns, plain
 from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_numbers
 from uxsim_geo.export.page.places import Places
 from uxsim_geo.network.network import Network
@@ -102,14 +102,14 @@ def _document(
     study: Study, network: Network, places: Places, shown: tuple[list[Shown], ...]
 ) -> dict[str, Any]:
     about = study.about
-    offset = about.start.utcoffset() or timedelta()
     volume = _volume(study, network)
     tau = about.reaction_time or USUAL_REACTION_TIME
     has_time = _has_time(study, len(network.links))
+    edges, clock = (_edges(study) if has_time else [0.0, 1.0]), study.clock
     return {
-        "start_ms": round(about.start.timestamp() * 1000),
-        "offset_min": round(offset.total_seconds() / 60),
-        "edges": _edges(study) if has_time else [0, 1],
+        "edges": plain(edges, 3),
+        "spans": [clock.span(*span) for span in pairwise(edges)],
+        "ticks": {str(most): clock.ticks(most) for most in TICKS},
         "has_time": has_time,
         "map": {"on_earth": places.on_earth, "left": about.driving_side == "left"},
         "links": link_columns(network, tau, volume),
@@ -118,14 +118,14 @@ def _document(
         "fields": {"whole": WHOLE, "time": IN_TIME},
         "scenarios": [_scenario(entry, network) for entry in study.compared],
         # what the map of a report has beside its links
-        "bottlenecks": {"points": [], "links": [], "largest_min": 0},
+        "junctions": {"points": [], "links": [], "largest_min": 0, "least": 1},
         "worst": [],
     }
 
 
-def _edges(study: Study) -> list[float | int | None]:
+def _edges(study: Study) -> list[float]:
     times = comparison_of(study.compared[0]).link_times
-    return plain(np.append(np.unique(times["begin_s"]), times["end_s"].max()), 3)
+    return [*np.unique(times["begin_s"]).tolist(), float(times["end_s"].max())]
 
 
 def _volume(study: Study, network: Network) -> Floats:

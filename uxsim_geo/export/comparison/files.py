@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from uxsim_geo.export.attribution import add_attribution
 from uxsim_geo.export.comparison.changes import Shown, shown_of_links
 from uxsim_geo.export.comparison.geopackage import write_comparison_geopackage
 from uxsim_geo.export.comparison.page import write_comparison_page
@@ -49,15 +50,16 @@ def study_writers(study: Study, *, ending: str = "png") -> dict[str, Writer]:
     }
     if not study.compared:
         return writers
-    writers[f"{PICTURES}/intervals.{ending}"] = _saved(partial(intervals_figure, study))
+    owner = study.about.attribution
+    writers[f"{PICTURES}/intervals.{ending}"] = _saved(partial(intervals_figure, study), owner)
     maps = shown_of_links(study, relative=False) if "geometry" in study.base.links else []
     names = short_names(entry.name for entry in study.compared)
     for entry, short in zip(study.compared, names, strict=True):
-        winners = _saved(partial(winners_figure, entry))
+        winners = _saved(partial(winners_figure, entry), owner)
         writers[f"{PICTURES}/winners_{short}.{ending}"] = winners
         for name, shown in _mapped(maps):
             figure = partial(difference_map_figure, study, entry, shown)
-            writers[f"{PICTURES}/{name}_{short}.{ending}"] = _saved(figure)
+            writers[f"{PICTURES}/{name}_{short}.{ending}"] = _saved(figure, owner)
         for name, changing in IN_SPACE_TIME.items() if maps else ():
             still = partial(_write_still, study=study, entry=entry, changing=changing)
             writers[f"{PICTURES}/space_time_{name}_{short}.png"] = still
@@ -69,8 +71,14 @@ def _mapped(maps: list[Shown]) -> list[tuple[str, Shown]]:
     return [(name, by_name[column]) for name, column in MAPPED.items() if column in by_name]
 
 
-def _saved(make: Callable[[], Figure]) -> Writer:
-    return lambda path: save_figure(make(), path)
+def _saved(make: Callable[[], Figure], attribution: str) -> Writer:
+    def write(path: Path) -> None:
+        figure = make()
+        if attribution:
+            add_attribution(figure, attribution)
+        save_figure(figure, path)
+
+    return write
 
 
 def _write_still(path: Path, study: Study, entry: Scenario, changing: Changing) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -17,7 +18,7 @@ from uxsim_geo.export.comparison.changes import (
 )
 from uxsim_geo.export.comparison.columns import CHANGED, EXISTS, OF_ALL, OF_SCENARIO, titled_for
 from uxsim_geo.export.comparison.layers import (
-    link_times_layer,
+    LinkTimes,
     links_layer,
     od_layer,
     tables_of_all,
@@ -46,7 +47,7 @@ def write_comparison_geopackage(path: Path, study: Study) -> None:
 
 def contents_of(file: str, study: Study) -> Contents:
     """Layers with their words, styles and project."""
-    layers: dict[str, pd.DataFrame] = {"nodes": nodes_layer(study.base)}
+    layers: dict[str, Any] = {"nodes": nodes_layer(study.base)}
     words: dict[str, Layer] = {"nodes": NODES}
     styles: dict[str, list[NamedStyle]] = {"nodes": [plain_style("nodes", NODES)]}
     in_time, groups = [], {}
@@ -72,10 +73,10 @@ def contents_of(file: str, study: Study) -> Contents:
     return Contents(layers, words, styles, in_time, project, types)
 
 
-def _layers(study: Study, entry: Scenario, names: Mapping[str, str]) -> dict[str, pd.DataFrame]:
+def _layers(study: Study, entry: Scenario, names: Mapping[str, str]) -> dict[str, Any]:
     return {
         names["links"]: links_layer(study.base, entry),
-        names["link_times"]: link_times_layer(comparison_of(entry), study.about.start),
+        names["link_times"]: LinkTimes(comparison_of(entry), study.about.origin),
         names["od"]: od_layer(study.base, entry),
     }
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -17,7 +18,7 @@ from uxsim_geo.export.comparison.columns import (
     OF_ALL,
 )
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of, joined_network
-from uxsim_geo.export.layers import clock, run_info_layer
+from uxsim_geo.export.layers import instants, run_info_layer
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import KMH, PER_KM
 
@@ -42,14 +43,26 @@ def links_layer(base: Network, scenario: Scenario) -> pd.DataFrame:
     return _on_map(layer, links["geometry"].to_numpy(), base) if "geometry" in links else layer
 
 
-def link_times_layer(comparison: Comparison, start: datetime) -> pd.DataFrame:
-    """Links in time bins on the clock that shows ``start`` at 0 s, one bin at a time."""
-    table = comparison.link_times
-    table = table.assign(
-        begin=clock(table["begin_s"], start),
-        end=clock(table["end_s"], start - timedelta(seconds=1)),
-    )
-    return _chosen(table, LINK_TIMES_LAYER)
+@dataclass(frozen=True)
+class LinkTimes:
+    """Links in time bins on the clock that shows ``start`` at 0 s."""
+
+    comparison: Comparison
+    start: datetime
+
+    @property
+    def bins(self) -> pd.DataFrame:
+        """Begin and end of every bin; they end a second before the next, for maps of one bin."""
+        times = self.comparison.link_times[["begin_s", "end_s"]].drop_duplicates(ignore_index=True)
+        return self._on_clock(times)[["begin", "end"]]
+
+    def parts(self) -> Iterator[pd.DataFrame]:
+        """All of them at once, link by link."""
+        yield _chosen(self._on_clock(self.comparison.link_times), LINK_TIMES_LAYER)
+
+    def _on_clock(self, table: pd.DataFrame) -> pd.DataFrame:
+        end = instants(table["end_s"], self.start - timedelta(seconds=1))
+        return table.assign(begin=instants(table["begin_s"], self.start), end=end)
 
 
 def od_layer(base: Network, scenario: Scenario) -> pd.DataFrame:

@@ -25,7 +25,6 @@ from uxsim_geo.export.comparison.rows import (
 )
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of
 from uxsim_geo.export.comparison.words import answer, noticed, number
-from uxsim_geo.export.page.headlines import times_in_words
 from uxsim_geo.export.page.rows import fact_rows
 from uxsim_geo.export.page.template import Template, rendered
 from uxsim_geo.files import replace_when_complete
@@ -71,8 +70,9 @@ def page(study: Study) -> str:
         blocks=[_block(study, entry) for entry in compared],
         pairing=pairing_rows(study),
         failed=study.failed,
+        same_seeds=all(a == b for entry in compared for a, b in comparison_of(entry).seeds),
         noticed=noticed(),
-        times=times_in_words(study.about.start),
+        times=study.clock.in_words(),
         facts=fact_rows(study.about.information),
         parts=parts_of(study) if compared else {},
     )
@@ -96,7 +96,7 @@ def _block(study: Study, entry: Scenario) -> dict[str, Any]:
         "links": link_rows(entry),
         "winners": winner_rows(found),
         "distribution": distribution(found),
-        "corridors": corridor_tables(found, study.about.start),
+        "corridors": corridor_tables(found, study.clock),
         "pairs": pair_rows(found),
         "zones": zone_rows(found),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,9 @@ import pandas as pd
 from uxsim_geo.export.columns import Layer
 from uxsim_geo.export.comparison.study import Study
 from uxsim_geo.export.findings import Findings
+from uxsim_geo.export.lost_time import LostTime
 from uxsim_geo.export.qgis_parts import Ground, Project
+from uxsim_geo.export.street_names import street_names
 from uxsim_geo.export.styles import NamedStyle
 
 #: of the extent of all links, beyond each side
@@ -20,16 +23,14 @@ MARGIN = 0.04
 def project_of(  # noqa: PLR0913 -- what a project is made of
     file: str,
     study: Study,
-    layers: Mapping[str, pd.DataFrame],
+    layers: Mapping[str, Any],
     words: Mapping[str, Layer],
     styles: Mapping[str, Sequence[NamedStyle]],
     groups: Mapping[str, Sequence[str]],
 ) -> Project:
     """The project for a file of these layers; ``groups`` are the layers of each scenario."""
     first_links, first_times, _, _ = next(iter(groups.values()))
-    bins = layers[first_times].iloc[: len(layers[first_times]) // len(layers[first_links])]
-    begin, end = (tuple(bins[name]) for name in ("begin", "end"))
-    findings = Findings((), (), begin, end, tuple(0.0 for _ in begin))
+    begin, end = (tuple(layers[first_times].bins[name]) for name in ("begin", "end"))
     themes: dict[str, dict[str, str]] = {}
     for scenario, (links, _, states, od) in groups.items():
         themes |= {f"{scenario}: {style.name}": {links: style.name} for style in styles[links]}
@@ -43,13 +44,19 @@ def project_of(  # noqa: PLR0913 -- what a project is made of
         words,
         styles,
         study.about,
-        findings,
+        Findings((), begin, end, _nothing_lost(layers[first_links])),
         Ground.of(layers[first_links], _extent),
         on_map,
         shown=(first_links,),
         themes=themes,
         groups=groups,
     )
+
+
+def _nothing_lost(links: pd.DataFrame) -> LostTime:
+    """Of no meaning: the project of a study has no sheet that tells it."""
+    nothing = np.zeros((len(links), 1))
+    return LostTime(street_names(links), nothing, np.zeros(1), np.ones(1))
 
 
 def _extent(links: pd.DataFrame) -> tuple[float, float, float, float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,9 @@ import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
 from uxsim_geo.analysis.comparison.quantities import CORRIDORS
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of
 from uxsim_geo.export.comparison.words import NOTHING, change_in_words, is_sure, number, percent
-from uxsim_geo.export.page.headlines import clock
 
 #: rows of tables of pairs and zones, those that change most
 MOST_ROWS = 12
@@ -132,7 +131,7 @@ def span_in_words(low: float, high: float) -> str:
     return f"{number(low / factor, signed=signed)} to {number(high / factor, signed=signed)} {unit}"
 
 
-def corridor_tables(comparison: Comparison, start: datetime) -> list[dict[str, Any]]:
+def corridor_tables(comparison: Comparison, clock: Clock) -> list[dict[str, Any]]:
     """Each corridor: its name, and travel times by time bin."""
     time = next(one for one in CORRIDORS if one.name == "experienced_travel_time_s")
     found = []
@@ -140,7 +139,7 @@ def corridor_tables(comparison: Comparison, start: datetime) -> list[dict[str, A
         alone = table["exists"].iloc[0] if "exists" in table else "both"
         rows = [
             {
-                "when": f"{clock(start, row['begin_s'])}–{clock(start, row['end_s'])}",
+                "when": clock.span(row["begin_s"], row["end_s"]),
                 "vehicles": f"{number(row['vehicles_veh_base'])} → "
                 f"{number(row['vehicles_veh_scenario'])}",
                 "base": _duration(row[f"{time.name}_base"]),

@@ -30,7 +30,7 @@ from uxsim_geo.export.space_time.frame import Frame, axes, time_marks
 from uxsim_geo.export.space_time.look import Look
 from uxsim_geo.export.space_time.places import PLACES, cut, tops
 from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
-from uxsim_geo.export.space_time.scene import boxes, feet
+from uxsim_geo.export.space_time.scene import boxes, feet, title_of
 from uxsim_geo.export.space_time.walls import RIBBON, Pieces, Walls, runs
 from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
@@ -113,6 +113,7 @@ def difference_scene(
     plane = MapPlane.of(network)
     changes = _Changes.of(comparison_of(entry), network, changing)
     chosen, box = _chosen(changes, plane)
+    clock = look.clock([*changes.begin, changes.end[-1]])
     rows = changes.rows[chosen]
     crowded = len(network.links) > FEW_LINKS
     frame = Frame.of(plane, box, float(changes.end[-1]), crowded=crowded)
@@ -135,7 +136,7 @@ def difference_scene(
         "feet": feet(frame, pieces, walls),
         **road_meshes(network, frame),
         **_marked_roads(comparison_of(entry), network, frame, look),
-        **axes(frame, time_marks(frame, look), look.clock_title),
+        **axes(frame, time_marks(frame, clock), title_of(clock)),
         "ground": frame.ground,
         "corners": frame.corners(),
         "height": frame.height,
@@ -197,9 +198,17 @@ def _marks(network: Network, changes: _Changes, chosen: Integers, frame: Frame) 
         )
     return {
         "notes": np.array((["Largest changes"] if lines else []) + lines, dtype=str),
-        "marks.points": tops(rows, frame) if rows else np.empty((0, 3)),
+        "marks.points": tops(_middles(rows, frame), frame),
         "marks.texts": np.array([str(at + 1) for at in range(len(rows))], dtype=str),
     }
+
+
+def _middles(rows: list[int], frame: Frame) -> list[Floats]:
+    import shapely
+
+    lines = frame.plane.lines[rows]
+    middles = shapely.line_interpolate_point(lines, 0.5, normalized=True)
+    return list(frame.on_ground(shapely.get_coordinates(middles)))
 
 
 def _marked_roads(

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.network.network import Network
 
@@ -53,6 +54,18 @@ class Study:
     scenarios: Sequence[Scenario]
     failed: Sequence[FailedRun] = ()
     base_name: str = "base"
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of its runs."""
+        times = [comparison_of(entry).link_times for entry in self.compared]
+        edges = [
+            edge
+            for table in times
+            for name in ("begin_s", "end_s")
+            for edge in table[name].unique()
+        ]
+        return Clock.of(self.about.start, edges)
 
     @property
     def compared(self) -> list[Scenario]:

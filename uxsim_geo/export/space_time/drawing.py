@@ -101,9 +101,9 @@ def _rising(scene: dict[str, Any], look: Look, camera: Camera, pictures: int) ->
     """The time plane from the ground to the top, and walls up to it."""
     one = view_of(scene, look, direction_of(scene, look, camera))
     height, duration = float(scene["height"]), float(scene["duration"])
-    shares = np.arange(1, pictures + 1) / pictures
+    shares, clock = np.arange(1, pictures + 1) / pictures, look.clock(scene["edges"])
     return [
-        Shot(one, share * height, share * height, look.clock(share * duration)) for share in shares
+        Shot(one, share * height, share * height, clock.text(share * duration)) for share in shares
     ]
 
 

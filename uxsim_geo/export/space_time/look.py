@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import Literal
 
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.network.driving_side import DrivingSide
 
 Colour = Literal["speed", "density"]
@@ -54,28 +56,6 @@ class Look:
     driving_side: DrivingSide = "right"
     attribution: str = ""
 
-    def clock(self, seconds: float) -> str:
-        """The time of day, as 7:05, or hours and minutes since the start, which may be many."""
-        if self.start is None:
-            minutes = round(seconds / 60)
-            return f"{minutes // 60}:{minutes % 60:02d}"
-        then = self.start + timedelta(seconds=seconds)
-        then += timedelta(seconds=30)  # to the nearest minute
-        return f"{then.hour}:{then.minute:02d}"
-
-    @property
-    def clock_title(self) -> str:
-        """What the clock counts from, or the zone in which it shows the time of day."""
-        if self.start is None:
-            return "time, h:min"
-        offset = self.start.utcoffset() or timedelta()
-        hours, minutes = divmod(round(abs(offset).total_seconds() / 60), 60)
-        ahead = f"{'−' if offset < timedelta() else '+'}{hours}" if offset else ""
-        return f"time, UTC{ahead}{f':{minutes:02d}' if minutes else ''}"
-
-    @property
-    def second_of_day(self) -> float:
-        """On the clock at the start."""
-        if self.start is None:
-            return 0.0
-        return self.start.hour * 3600.0 + self.start.minute * 60.0 + self.start.second
+    def clock(self, edges: Iterable[float]) -> Clock:
+        """The clock of a run whose bins have these edges, s."""
+        return Clock.of(self.start, edges)

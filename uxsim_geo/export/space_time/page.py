@@ -88,13 +88,14 @@ def _packed(arrays: dict[str, Any]) -> tuple[dict[str, Any], str]:
 def _texts(scene: dict[str, Any], look: Look) -> dict[str, Any]:
     """Texts, and what is small enough to be told in words."""
     duration = float(scene["duration"])
-    times = [look.clock(duration * share / SHOWN_TIMES) for share in range(SHOWN_TIMES + 1)]
-    edges = np.asarray(scene["edges"])
+    edges = np.asarray(scene["edges"], float).tolist()
+    clock = look.clock(edges)
+    times = [clock.text(duration * share / SHOWN_TIMES) for share in range(SHOWN_TIMES + 1)]
     plain = ("notes", "scale_labels", "scale_rgb", "ground", "corners", "names")
     return {
         "unit": UNIT,
         "times": times,
-        "clock": [look.clock(float(edge)) for edge in edges],
+        "clock": [clock.text(edge) for edge in edges],
         "height": float(scene["height"]),
         "subtitle": str(scene["subtitle"]),
         "scale_title": str(scene["scale_title"]),

@@ -35,12 +35,14 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.export.clock import Clock
+from uxsim_geo.export.lost_time import in_words
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time.bins import coarser
 from uxsim_geo.export.space_time.choice import Choice
 from uxsim_geo.export.space_time.frame import Frame, axes, time_marks
 from uxsim_geo.export.space_time.look import Look
-from uxsim_geo.export.space_time.places import in_words, place_parts
+from uxsim_geo.export.space_time.places import place_parts
 from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
 from uxsim_geo.export.space_time.scale import Scale
 from uxsim_geo.export.space_time.walls import (
@@ -53,7 +55,7 @@ from uxsim_geo.export.space_time.walls import (
 )
 from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.units import KMH
+from uxsim_geo.network.units import KMH, TIMES
 
 MOST_FEET = 150  # more lines under walls would be a thicket
 WAY = (70.0, 70.0, 90.0)  # colour of trajectories
@@ -72,13 +74,14 @@ def space_time_scene(
     choice = Choice.of(network, coarser(states, network), plane, look)
     end = float(choice.grid.end[-1])
     frame = Frame.of(plane, choice.box, end, crowded=choice.is_crowded)
+    clock = look.clock([*choice.grid.begin, end])
     scale = Scale.of(look, choice)
     pieces = Pieces.of(frame, choice.links, look.driving_side)
     ribbons, queues = walls_of(network, choice, scale, look)
     return {
         "title": f"{look.title}: slow links in space and time",
-        **place_parts(network, choice, frame, look),
-        "subtitle": _subtitle(network, choice, look),
+        **place_parts(network, states, frame, look),
+        "subtitle": _subtitle(network, choice, look, clock),
         "attribution": look.attribution,
         "scale_title": scale.title,
         "scale_labels": np.array(scale.labels()),
@@ -91,13 +94,13 @@ def space_time_scene(
         **road_meshes(network, frame),
         **_slow_roads(choice, frame, scale, look),
         **trajectories_mesh(frame, ways or []),
-        **axes(frame, time_marks(frame, look), look.clock_title),
+        **axes(frame, time_marks(frame, clock), title_of(clock)),
         "ground": frame.ground,
         "corners": frame.corners(),
         "height": frame.height,
         "duration": frame.duration,
         "plane": frame.upwards(_plane_time(choice, look)),
-        "plane_text": f"plane: {look.clock(_plane_time(choice, look))}",
+        "plane_text": f"plane: {clock.text(_plane_time(choice, look))}",
     }
 
 
@@ -213,7 +216,7 @@ def trajectories_mesh(frame: Frame, ways: list[Floats]) -> dict[str, Any]:
     return lines_mesh("trajectories", drawn, np.stack([rows, rows + 1], axis=1), rgb)
 
 
-def _subtitle(network: Network, choice: Choice, look: Look) -> str:
+def _subtitle(network: Network, choice: Choice, look: Look, clock: Clock) -> str:
     """What is drawn, of what, and the delay of all."""
     drawn, whole = choice.lost
     slow = int(choice.slow.any(axis=1).sum())
@@ -228,10 +231,15 @@ def _subtitle(network: Network, choice: Choice, look: Look) -> str:
     share = f", {drawn / whole:.0%} of all delay" if count < slow and whole > 0 else ""
     return (
         f"{links:,} links, {slow:,} of them slow at some time; walls: {which}{share}. "
-        f"Time lost on all links: {in_words(whole)}; most vehicles queue at "
-        f"{look.clock(choice.worst_time)}\nwall, by {bin_s / 60:g} min: {'; '.join(said)}. "
+        f"Time lost on all links: {in_words(whole * TIMES['h'])}; most vehicles queue at "
+        f"{clock.text(choice.worst_time)}\nwall, by {bin_s / 60:g} min: {'; '.join(said)}. "
         "On the ground: the worst state of every slow link; grey: all others"
     )
+
+
+def title_of(clock: Clock) -> str:
+    """Of the axis: the zone of the time of day, or what is counted."""
+    return f"time, {clock.zone}" if clock.zone else "time, h:min"
 
 
 def _plane_time(choice: Choice, look: Look) -> float:

@@ -66,11 +66,10 @@ class Pieces:
         """Links beside the middle of their roads, where they are driven, but for smallest bends."""
         import shapely
 
-        to_the_right = BESIDE if side == "right" else -BESIDE
-        aside = np.full(len(links), to_the_right * frame.side)
+        aside = np.full(len(links), BESIDE * frame.side)
         lines = type(frame.plane)(
             frame.plane.lines[links], frame.plane.points, frame.plane.metres_per_unit
-        ).to_the_right(aside)
+        ).beside(aside, side)
         smooth = shapely.simplify(lines, SMOOTHED * frame.side, preserve_topology=False)
         lines = np.where(shapely.is_empty(smooth), lines, smooth)  # of a line without length
         flat = LinkLines.of(lines)
