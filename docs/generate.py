@@ -75,7 +75,7 @@ def results_page(page: str) -> str:
 
 def _layer(name: str, layer: Layer) -> str:
     lines = [
-        f"## {name}",
+        f"### {name}",
         "",
         layer.what,
         "",

@@ -96,7 +96,7 @@ def _write_summary(material: Material, path: Path) -> None:
 def _write_page(material: Material, path: Path) -> None:
     from uxsim_geo.export.page.page import Run, write_page
 
-    run = Run(material.network, material.result, material.states)
+    run = Run(material.network, material.result, material.kept_states)
     write_page(path, run, describe(material))
 
 

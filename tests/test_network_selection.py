@@ -68,6 +68,27 @@ def refusal(network: Network, target: Target) -> str:
     return str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("where", "text", "near"),
+    [
+        ("name == 'Hihg Street'", "Hihg Street", "; did you mean High Street?"),
+        ("lanes >= 2 and name in ['mill lane', 'High Street']", "mill lane", None),
+        ("'MILL LANE' == name", "MILL LANE", "; did you mean Mill Lane?"),
+        ("name in ['mill lane', 'nowhere']", "mill lane", "; did you mean Mill Lane?"),
+        ("name == 'Zzz'", "Zzz", ""),
+    ],
+)
+def test_a_street_that_is_not_there_is_told_with_those_near(
+    where: str, text: str, near: str | None
+) -> None:
+    if near is None:  # some link is meant
+        assert ids(PLAIN, Target(where=where)) == ["a1", "b2"]
+    else:
+        assert f"no link has this name{near} (found '{text}')" in refusal(
+            PLAIN, Target(where=where)
+        )
+
+
 def test_ids_give_rows_in_the_order_of_the_table() -> None:
     rows = select_links(PLAIN, Target(links=("b2", "a1", "b2")))
     assert rows.tolist() == [0, 3]

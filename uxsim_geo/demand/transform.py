@@ -233,7 +233,7 @@ def _changed(od: Od, table: pd.DataFrame, what: str, chosen: Booleans) -> tuple[
     report = totals_report(od.table, table)
     notes = Notes()
     before, after = (float(vehicles_of(part).sum()) for part in (od.table, table))
-    note = f"rows {what}; vehicles in all {before:.10g} before and {after:.10g} after"
+    note = f"rows {what}; vehicles in all {before:.10g} before and {after:.10g} after; value: rows"
     notes.add("changed", note, element="demand", value=int(chosen.sum()))
     table = ordered(table) if isinstance(od, OdTable) else _in_order(table)
     return replace(od, table=table, notes=with_notes(od.notes, notes.table())), report

@@ -11,9 +11,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.control.site import Target
-from uxsim_geo.errors import Faults
-from uxsim_geo.network.expressions import rows_where
-from uxsim_geo.network.near_names import did_you_mean
+from uxsim_geo.errors import Faults, did_you_mean
+from uxsim_geo.network.expressions import add_unknown_texts, rows_where
 from uxsim_geo.network.network import Network
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
@@ -40,8 +39,8 @@ def select_links(
     inside.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids,
-    columns and streets, an expression that cannot be read, an area that is none or whose reference
-    system is not known.
+    columns and streets, an expression that cannot be read, or that holds nowhere since no link has
+    a text of it, an area that is none or whose reference system is not known.
     """
     faults = Faults()
     meant = np.ones(len(network.links), bool)
@@ -50,10 +49,7 @@ def select_links(
             link_ids = pd.Index(network.links["link_id"].astype(str))
         meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
-        own = Faults()
-        meant &= rows_where(network.links, target.where, own)
-        for fault in own.found:
-            faults.add(fault.what, column="where", value=fault.value)
+        meant &= _fitting(network.links, target.where, faults)
     if target.polygon is not None:
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":
@@ -71,13 +67,23 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     wanted = list(dict.fromkeys(links))
     places = link_ids.get_indexer(pd.Index(wanted, dtype=link_ids.dtype))
     for number, place in enumerate(np.flatnonzero(places < 0)):
-        close = number < SUGGESTED
-        advice = did_you_mean(wanted[place], link_ids) if close else ""
+        advice = did_you_mean(wanted[place], link_ids) if number < SUGGESTED else ""
         what = f"the network has no such link_id{advice}"
         faults.add(what, column="links", value=wanted[place])
     named = np.zeros(len(link_ids), bool)
     named[places[places >= 0]] = True
     return named
+
+
+def _fitting(links: pd.DataFrame, expression: str, faults: Faults) -> Flags:
+    """Return for which links an expression holds."""
+    own = Faults()
+    holds = rows_where(links, expression, own)
+    if not holds.any() and not own.found:
+        add_unknown_texts(links, expression, own)
+    for fault in own.found:
+        faults.add(fault.what, column="where", value=fault.value)
+    return holds
 
 
 def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:
