@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pipeline.scenario_changes import all_changes
 from pipeline.scenarios import BASE, Scenario, Tables
-from pipeline.warned import number_in_words
+from uxsim_geo.network.note_words import number_in_words
 from uxsim_geo.network.rows import count, listed
 
 if TYPE_CHECKING:

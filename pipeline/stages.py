@@ -217,7 +217,7 @@ class Run:
 
         values = named_values(self.config, by_content)
         settings = {key: values[key] for key in stage.keys} | {"code": code_digest()}
-        return key_of(stage.name, settings, inputs)
+        return key_of(stage.name, settings | {"versions": versions()}, inputs)
 
     def _take_from_store(self, stage: Stage, key: str) -> bool:
         """Put what the store has of this stage into the folder; False: it has to be run."""

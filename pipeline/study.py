@@ -227,6 +227,7 @@ def _compare(study: Study, prepared: Mapping[str, Prepared]) -> tuple[Sequence[s
     which = study.file.config.comparison
     if which == "none":
         return (), ()
+    study.watch.say("comparison of scenarios with the base")
     reports = in_order(study, prepared)
     compared = Compared(study.file.config.name, study.folder, prepared, reports)
     return compared.write(which, study.folder.log)

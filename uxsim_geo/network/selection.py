@@ -49,13 +49,7 @@ def select_links(
             link_ids = pd.Index(network.links["link_id"].astype(str))
         meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
-        own = Faults()
-        holds = rows_where(network.links, target.where, own)
-        if not holds.any() and not own.found:
-            add_unknown_texts(network.links, target.where, own)
-        meant &= holds
-        for fault in own.found:
-            faults.add(fault.what, column="where", value=fault.value)
+        meant &= _fitting(network.links, target.where, faults)
     if target.polygon is not None:
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":
@@ -79,6 +73,17 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     named = np.zeros(len(link_ids), bool)
     named[places[places >= 0]] = True
     return named
+
+
+def _fitting(links: pd.DataFrame, expression: str, faults: Faults) -> Flags:
+    """Return for which links an expression holds."""
+    own = Faults()
+    holds = rows_where(links, expression, own)
+    if not holds.any() and not own.found:
+        add_unknown_texts(links, expression, own)
+    for fault in own.found:
+        faults.add(fault.what, column="where", value=fault.value)
+    return holds
 
 
 def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.errors import Faults
+from uxsim_geo.errors import Faults, did_you_mean
 from uxsim_geo.network.measure import line_lengths
-from uxsim_geo.network.near_names import did_you_mean
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import numbers
 from uxsim_geo.scenario.changes import EXISTS, Changes
