@@ -7,7 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image
+import numpy as np
+from PIL import Image, ImageSequence
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs"
@@ -48,7 +49,7 @@ MORE = {
         "{plot: travel_times}",
         "{plot: fundamental_diagram, file: diagram, links: [10-16, 16-17, 17-19]}",
         "{plot: cumulative_curves, file: curves, links: [17-19]}",
-        "{plot: network_fancy, file: vehicles, interval_s: 60, frame_ms: 120, trail: 4}",
+        "{plot: network_fancy, file: vehicles, interval_s: 150, frame_ms: 240, trail: 3}",
     )
 }
 
@@ -60,6 +61,7 @@ SPACE_TIME = (
 
 WIDEST = 1200  # pixels
 COLOURS = 96
+FILM_WIDTH, FILM_COLOURS = 500, 32  # a page should not weigh more than a megabyte a picture
 
 
 def main() -> None:
@@ -86,9 +88,9 @@ def _run(name: str, folder: Path) -> None:
 
 
 def _keep(source: Path, path: Path) -> None:
-    """Make a picture as small as the page needs it; films stay as they are."""
-    if source.suffix != ".png":
-        path.write_bytes(source.read_bytes())
+    """Make a picture as small as the page needs it."""
+    if source.suffix == ".gif":
+        _keep_film(source, path)
         return
     with Image.open(source) as image:
         small = image.convert("RGB")
@@ -96,6 +98,21 @@ def _keep(source: Path, path: Path) -> None:
             height = round(small.height * WIDEST / small.width)
             small = small.resize((WIDEST, height), Image.Resampling.LANCZOS)
         small.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def _keep_film(source: Path, path: Path) -> None:
+    """Make a film smaller, in the colours of the picture in its middle."""
+    with Image.open(source) as film:
+        size = (FILM_WIDTH, round(film.height * FILM_WIDTH / film.width))
+        duration = film.info["duration"]
+        # as arrays, since pictures keep what only the palette of the source knows: transparency
+        pictures = [
+            Image.fromarray(np.asarray(one.convert("RGB"))).resize(size, Image.Resampling.LANCZOS)
+            for one in ImageSequence.Iterator(film)
+        ]
+    colours = pictures[len(pictures) // 2].quantize(FILM_COLOURS, dither=Image.Dither.NONE)
+    first, *rest = (one.quantize(palette=colours, dither=Image.Dither.NONE) for one in pictures)
+    first.save(path, save_all=True, append_images=rest, duration=duration, loop=0, optimize=True)
 
 
 if __name__ == "__main__":

@@ -129,9 +129,10 @@ class ReportSection(LocatedSection):
     """
 
     bin_s: float = Field(300.0, gt=0, description="length of a time bin in tables and plots, s")
-    start: Instant = Field(
-        datetime(2000, 1, 1, tzinfo=UTC),
-        description="date and time of second 0, with its zone, as in 2024-05-01T07:00:00+02:00",
+    start: Instant | None = Field(
+        None,
+        description="date and time of second 0, with its zone, as in 2024-05-01T07:00:00+02:00; "
+        "none: times are counted from 0:00, and dates in layers from 2000-01-01 UTC",
     )
     outputs: tuple[Output, ...] = Field(
         ("geopackage", "space_time", "page"),
@@ -154,8 +155,9 @@ class ReportSection(LocatedSection):
     )
     attribution: str | None = Field(
         None,
-        description="who is to be named where results are shown, as text; none: © OpenStreetMap "
-        "contributors for its roads, else nobody",
+        description="who is to be named where results are shown, as text, on every picture, page "
+        "and file; none: © OpenStreetMap contributors for its roads, the TNTP collection for "
+        "`ingest.dataset`, else nobody",
     )
     plots: tuple[PlotEntry, ...] = Field(
         (

@@ -189,7 +189,10 @@ class ChosenLinks(Section):
     polygon_part: Literal["touching", "inside", "entering", "leaving"] = Field(
         "touching", description="which links of that area are meant"
     )
-    street: Id | None = Field(None, description="name of the road, as column name of links has it")
+    street: Id | None = Field(
+        None,
+        description="name of the road, as column name of links has it; of joined links one of them",
+    )
 
     @model_validator(mode="after")
     def _chooses(self) -> Self:

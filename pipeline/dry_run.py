@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pipeline.scenario_changes import all_changes
 from pipeline.scenarios import BASE, Scenario, Tables
-from pipeline.warned import number_in_words
+from uxsim_geo.network.note_words import number_in_words
 from uxsim_geo.network.rows import count, listed
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+class Cells(NamedTuple):
+    """A line of the table: where the edit stands, its key, of what, how much, and what becomes."""
+
+    at: str
+    edit: str
+    element: str
+    how_much: str
+    what: str
+
 
 #: so many pairs without a way are named
 NAMED_PAIRS = 5
@@ -41,10 +52,11 @@ def _of_scenario(scenario: Scenario, base: Scenario, read: Tables) -> Iterator[s
         yield "  reads other files (ingest): what it changes of tables is seen when it is run"
     changes = all_changes(scenario, base, read)
     cells = list(_cells(changes, scenario, base, read))
-    widths = [max(len(row[place]) for row in cells) for place in range(3)] if cells else []
-    for row in cells:
-        padded = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False))
-        yield f"  {padded}  {row[3]}"
+    shown = [(row.at, row.edit, row.how_much) for row in cells]
+    widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
+    for row, told in zip(cells, shown, strict=True):
+        padded = "  ".join(cell.ljust(width) for cell, width in zip(told, widths, strict=True))
+        yield f"  {padded}  {row.what}"
     if not cells and scenario.tables is not None:
         yield "  changes nothing"
     yield from _cut_off(scenario)
@@ -52,8 +64,9 @@ def _of_scenario(scenario: Scenario, base: Scenario, read: Tables) -> Iterator[s
 
 def _cells(
     changes: pd.DataFrame, scenario: Scenario, base: Scenario, read: Tables
-) -> Iterator[tuple[str, str, str, str]]:
-    """Yield line, edit, how much, and what becomes of what, of each edit and attribute."""
+) -> Iterator[Cells]:
+    """Yield what each edit makes of each attribute."""
+    known = _lengths(scenario, base, read)
     keys = ["line", "edit", "element", "attribute"]
     grouped = changes.groupby(keys, sort=False, dropna=False)
     order = list(dict.fromkeys(map(tuple, changes[keys].astype(object).to_numpy().tolist())))
@@ -62,27 +75,33 @@ def _cells(
         own = changes[numbers == number]
         at = f"line {line}" if line == line and line is not None else "base"
         what = _before_and_after(own, attribute)
-        yield at, edit, _how_much(own, element, scenario, base, read), what
+        ids = own["id"].drop_duplicates().tolist()
+        much = _how_much(ids, element, known)
+        yield Cells(at, edit, element, much, what)
 
 
-def _how_much(
-    own: pd.DataFrame, element: str, scenario: Scenario, base: Scenario, read: Tables
-) -> str:
-    """Say how many elements an edit changes: links with their length, pairs with their vehicles."""
-    ids = own["id"].drop_duplicates()
+def _lengths(scenario: Scenario, base: Scenario, read: Tables) -> dict[str, float]:
+    """Length of every link that the scenario has or had, m."""
+    metres: dict[str, float] = {}
+    for tables in (read, base.tables, scenario.tables):
+        if tables is not None:
+            links = tables.network.links
+            metres |= dict(zip(links["link_id"].astype(str), links["length"], strict=True))
+    return metres
+
+
+def _how_much(ids: Sequence[str], element: str, metres: Mapping[str, float]) -> str:
+    """Say how many elements an edit changes; of links with their length, of settings which."""
     if element == "link":
-        known = [tables.network.links for tables in (scenario.tables, base.tables, read) if tables]
-        metres: dict[str, float] = {}
-        for links in known:
-            own_length = zip(links["link_id"].astype(str), links["length"], strict=True)
-            metres = dict(own_length) | metres
         total = sum(metres.get(one, 0.0) for one in ids)
         return f"{count(len(ids), 'link')}, {total / 1000:,.1f} km"
     if element == "demand":
-        return count(len(ids), "pair")
-    if element in ("control", "setting"):
-        return ""
-    return count(len(ids), element)
+        return _pairs(len(ids))
+    return "" if element in ("control", "setting") else count(len(ids), element)
+
+
+def _pairs(number: int) -> str:
+    return f"{number:,} pair{'' if number == 1 else 's'}"
 
 
 def _before_and_after(own: pd.DataFrame, attribute: str) -> str:
@@ -123,7 +142,7 @@ def _cut_off(scenario: Scenario) -> Iterator[str]:
     ]
     vehicles = number_in_words(lost["vehicles"].sum())
     yield (
-        f"  warning: no way is left for {count(len(lost), 'pair')} with {vehicles} trips: "
+        f"  warning: no way is left for {_pairs(len(lost))} with {vehicles} trips: "
         f"{listed(named, len(lost))}"
     )
 
@@ -140,7 +159,14 @@ def write_changes(path: Path, scenarios: Mapping[str, Scenario], read: Tables) -
     for name, scenario in scenarios.items():
         if name != BASE:
             network = (scenario.tables or read).network
-            edited.append(Edited(name, network, all_changes(scenario, base, read)))
+            changes = all_changes(scenario, base, read)
+            elsewhere = changes["element"].isin(("demand", "control", "setting"))
+            told = _cells(changes[elsewhere], scenario, base, read)
+            others = pd.DataFrame(
+                [(row.element, row.how_much, row.what, f"{row.edit} ({row.at})") for row in told],
+                columns=["element", "id", "what", "edits"],
+            )
+            edited.append(Edited(name, network, changes[~elsewhere], others))
     report = base.config.report
     description = RunDescription(
         report.start,

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from pipeline.config_keys import Section
 from pipeline.edits_config_demand import (
@@ -35,6 +40,10 @@ class OneOf(Section):
             found = f", and has {' and '.join(given)}" if given else ""
             raise ValueError(f"must have one of {known}{found}; each edit is an item of its own")
         return self
+
+    @model_serializer(mode="wrap")
+    def _without_others(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {key: value for key, value in handler(self).items() if value is not None}
 
     def written(self) -> list[tuple[str, Any]]:
         """Return every key as it is written, with its value."""

@@ -13,14 +13,15 @@ from pipeline.demand_sources import of_class, read_demand_entries
 from pipeline.edits import apply_edits, notes_of, placed_edits
 from pipeline.import_notes import PAGE, with_doubts, write_page
 from pipeline.ingest_config import IngestSection
-from pipeline.osm_roads import CACHE, downloaded_files, fetch_roads, roads_of
+from pipeline.osm_roads import CACHE, DOWNLOAD, downloaded_files, fetch_roads, roads_of
 from pipeline.progress import Watch
 from pipeline.runs import RunFolder
 from pipeline.signal_tables import SIGNALS, signal_table
 from pipeline.stages import Outcome, Stage, Task
-from pipeline.tntp_sources import dataset_inputs, fetch_dataset, files_of, note_dataset
-from pipeline.warned import number_in_words, warnings_in
+from pipeline.tntp_sources import DATASET, dataset_inputs, fetch_dataset, files_of, note_dataset
+from pipeline.warned import warnings_in
 from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.network.note_words import number_in_words
 from uxsim_geo.network.rows import count
 
 if TYPE_CHECKING:
@@ -50,6 +51,12 @@ def _prepare(config: Config, watch: Watch) -> None:
     if config.ingest.osm is not None:
         fetch_roads(config.ingest.osm, watch.say)
     fetch_dataset(config.ingest, watch.say)
+
+
+def _downloads(config: Config) -> tuple[str, ...]:
+    """How names of inputs begin that are downloaded once; those of refresh: true are wanted."""
+    osm = config.ingest.osm
+    return () if osm is not None and osm.refresh else (DOWNLOAD, DATASET)
 
 
 def _edit_and_write(task: Task, as_read: Network, demand: Demand) -> Outcome:
@@ -95,6 +102,7 @@ def stage(read: Reader | None = None) -> Stage:
         _inputs,
         run,
         _prepare,
+        _downloads,
         may_leave=(SIGNALS, DEMAND_CHANGES),
         storable=True,
     )

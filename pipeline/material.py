@@ -18,6 +18,7 @@ from uxsim_geo.errors import Fault, InputError
 if TYPE_CHECKING:
     import pandas as pd
 
+    from uxsim_geo.analysis.kept_states import LinkStates
     from uxsim_geo.analysis.passages import Passages
     from uxsim_geo.control.signals import Signal
     from uxsim_geo.network.network import Network
@@ -51,9 +52,17 @@ class Material:
         return Passages.of(self.result, self.network)
 
     @cached_property
+    def kept_states(self) -> LinkStates:
+        """All links in all time bins of the report, of which tables can be made in parts."""
+        from uxsim_geo.analysis.link_states import link_states
+
+        bin_s = self.config.report.bin_s
+        return link_states(self.result, self.network, bin_s=bin_s, passages=self.passages)
+
+    @cached_property
     def states(self) -> pd.DataFrame:
-        """All links in all time bins of the report."""
-        return self.states_in(self.config.report.bin_s)
+        """The whole table of them: on large networks it takes more memory than all else."""
+        return self.kept_states.table()
 
     @cached_property
     def figures(self) -> dict[str, Any]:
@@ -70,13 +79,13 @@ class Material:
         return names_of_layers(self.network, self.config.report.layers)
 
     @cached_property
-    def layers(self) -> dict[str, pd.DataFrame]:
+    def layers(self) -> dict[str, Any]:
         """What results files hold, by name: :func:`uxsim_geo.export.run_layers.layers_of_run`."""
         from pipeline.results_files import describe
         from uxsim_geo.export.run_layers import Run, layers_of_run
         from uxsim_geo.export.trajectory_layer import Sample
 
-        run = Run(self.network, self.result, self.states, self.passages)
+        run = Run(self.network, self.result, self.kept_states, self.passages)
         told = self.config.report.trajectories
         return layers_of_run(
             run, describe(self), self.config.report.layers, Sample(told.trips, told.step_s)

@@ -7,10 +7,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.attribution import attribution
 from pipeline.config import Config
 from pipeline.config_keys import ChosenLinks
 from pipeline.material import Material
 from pipeline.plot_config import PlotEntry, PlotName
+from pipeline.results_files import driving_side
 from pipeline.yaml_source import place_in_words
 from uxsim_geo.errors import Fault, InputError
 
@@ -132,10 +134,13 @@ def _faults_of_region(region: ChosenLinks, network: Network) -> Iterator[tuple[s
 
 def write_plot(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
     """Draw a plot and write it; ``progress`` is told how far a film has come."""
+    from uxsim_geo.export.attribution import add_attribution
     from uxsim_geo.export.saving import save_figure
 
     if entry.plot in FIGURES:
-        save_figure(FIGURES[entry.plot](material, entry), path)
+        figure = FIGURES[entry.plot](material, entry)
+        add_attribution(figure, attribution(material.config))
+        save_figure(figure, path)
     else:
         FILMS[entry.plot](material, entry, path, progress)
 
@@ -150,7 +155,8 @@ def _network_average(material: Material, entry: PlotEntry) -> Figure:  # noqa: A
 
     totals = link_totals(material.states)
     title = f"{material.config.name}: 0 to {material.result.settings.duration:,.0f} s"
-    return network_state_figure(material.network, totals, title)
+    side = driving_side(material.config)
+    return network_state_figure(material.network, totals, title, driving_side=side)
 
 
 def _network(material: Material, entry: PlotEntry) -> Figure:
@@ -158,13 +164,17 @@ def _network(material: Material, entry: PlotEntry) -> Figure:
 
     assert entry.time_s is not None
     states = _states(material, entry)
-    return network_at_time_figure(material.network, states, entry.time_s, material.config.name)
+    side, title = driving_side(material.config), material.config.name
+    return network_at_time_figure(material.network, states, entry.time_s, title, side)
 
 
 def _network_plan(material: Material, entry: PlotEntry) -> Figure:  # noqa: ARG001
     from uxsim_geo.export.network_plan import network_figure
 
-    return network_figure(material.network, material.config.name, size=(8.0, 8.0))
+    side = driving_side(material.config)
+    return network_figure(
+        material.network, material.config.name, size=(8.0, 8.0), driving_side=side
+    )
 
 
 def _macroscopic_fundamental_diagram(material: Material, entry: PlotEntry) -> Figure:
@@ -266,7 +276,15 @@ def _network_anim(material: Material, entry: PlotEntry, path: Path, progress: Pr
     from uxsim_geo.export.moving_links import animate_links
 
     states = _states(material, entry)
-    animate_links(material.network, states, path, frame_ms=entry.frame_ms, progress=progress)
+    animate_links(
+        material.network,
+        states,
+        path,
+        frame_ms=entry.frame_ms,
+        driving_side=driving_side(material.config),
+        attribution=attribution(material.config),
+        progress=progress,
+    )
 
 
 def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
@@ -282,6 +300,8 @@ def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: P
         path,
         frame_ms=entry.frame_ms,
         trail=entry.trail,
+        driving_side=driving_side(material.config),
+        attribution=attribution(material.config),
         progress=progress,
     )
 

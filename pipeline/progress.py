@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TextIO
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
 
     from uxsim_geo.result import Progress
+
+
+KNOWN_AFTER_S = 5.0  # how long a film takes is guessed from so much of it
+WORTH_TELLING_S = 60.0  # whoever waits less need not know
 
 
 class Watch(Protocol):
@@ -52,13 +57,37 @@ class Silence:
         """Pass over it."""
 
 
+class Pace:
+    """How long films will take yet, if they go on as they have begun.
+
+    ``now`` gives the time in s. The first picture does not count: it waits for what all share.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self.now = now
+        self.first: dict[str, tuple[float, float]] = {}
+
+    def to_go(self, name: str, share: float) -> str:
+        """In words, of a film of which a share is done; empty while nobody knows, or if it is soon.
+
+        Nobody knows in the first seconds.
+        """
+        begin, at_begin = self.first.setdefault(name, (self.now(), share))
+        spent = self.now() - begin
+        if spent < KNOWN_AFTER_S or share <= at_begin:
+            return ""
+        left = spent * (1 - share) / (share - at_begin)
+        return f"about {_in_words(left)} to go" if left >= WORTH_TELLING_S else ""
+
+
 class Lines:
     """For pipes and files: one line for each tenth of the simulated time."""
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO, pace: Pace | None = None) -> None:
         self.stream = stream
         self.tenths_shown = 0
         self.quarters: dict[str, int] = {}
+        self.pace = pace or Pace()
 
     def say(self, text: str) -> None:
         """Write the line."""
@@ -73,11 +102,13 @@ class Lines:
             self.say(f"  {so_far}, vehicles: {describe(progress)}")
 
     def drawn(self, name: str, share: float) -> None:
-        """Write a line if another quarter of a film is done."""
+        """Write a line if another quarter of a film is done, and one when it will take long."""
         quarters = math.floor(4 * share)
-        if quarters > self.quarters.get(name, 0):
+        before, to_go = self.quarters.get(name), self.pace.to_go(name, share)
+        if quarters > (before or 0) or (before is None and to_go):
             self.quarters[name] = quarters
-            self.say(f"  {name}: {25 * quarters} %")
+            done = f"  {name}: {25 * quarters or round(100 * share)} %"
+            self.say(f"{done}, {to_go}" if to_go else done)
 
     def counted(self, done: int, of: int) -> None:
         """Pass over it: the lines of the runs say it."""
@@ -89,6 +120,7 @@ class Terminal:
     def __init__(self, bar: Bar, task: TaskID) -> None:
         self.bar = bar
         self.task = task
+        self.pace = Pace()
 
     def say(self, text: str) -> None:
         """Print the line above the bar."""
@@ -112,7 +144,7 @@ class Terminal:
             total=1.0,
             completed=share,
             so_far=f"{100 * share:.0f} %",
-            words=name,
+            words=", ".join(filter(None, (name, self.pace.to_go(name, share)))),
             visible=share < 1,
         )
 
@@ -177,6 +209,12 @@ def bar_on(console: Console) -> Bar:
         TextColumn("{task.fields[words]}"),
         console=console,
     )
+
+
+def _in_words(seconds: float) -> str:
+    """A time that is guessed: minutes, of long ones hours."""
+    minutes = seconds / 60
+    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
 
 
 def describe(progress: Progress) -> str:

@@ -12,7 +12,7 @@ from pipeline.config_keys import Reading
 from pipeline.progress import Watch
 from pipeline.report import SUMMARY
 from pipeline.runs import MANIFEST, Manifest, RunFolder
-from pipeline.stages import Run, Stage, code_digest, versions
+from pipeline.stages import Run, Stage, code_digest, other_versions
 from pipeline.verification import changed_inputs
 from pipeline.yaml_source import YamlSource
 from uxsim_geo.errors import Fault, InputError
@@ -128,9 +128,7 @@ def _equal_but_for_the_clock(first: RunFolder, folder: RunFolder, file: str) -> 
 
 def _changed_programs(manifest: Manifest) -> Iterator[str]:
     """Yield what is of another version now than it was for the first run."""
-    before = manifest.run.get("versions", {})
-    for name, version in versions().items():
-        if before.get(name) != version:
-            yield f"{name} {before.get(name, 'unknown')} then, {version} now"
+    told = [remark for stage in manifest.stages.values() for remark in other_versions(stage)]
+    yield from dict.fromkeys(told)
     if any(stage.settings.get("code") != code_digest() for stage in manifest.stages.values()):
         yield "the program itself has changed since"

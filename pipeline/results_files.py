@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.attribution import attribution
+
 if TYPE_CHECKING:
     from pipeline.config import Config
     from pipeline.material import Material
@@ -16,8 +18,6 @@ if TYPE_CHECKING:
 
 FOLDER = "layers"
 
-OSM_ATTRIBUTION = "© OpenStreetMap contributors, ODbL"
-ODBL = "https://opendatacommons.org/licenses/odbl/1-0/"
 Writers = dict[str, Callable[[Path], None]]
 
 
@@ -46,6 +46,7 @@ def flatgeobuf(material: Material) -> Writers:
 
 def describe(material: Material) -> RunDescription:
     """What files say of a run: nothing that differs between two equal ones."""
+    from pipeline.control_words import changes_of
     from uxsim_geo.export.run_description import RunDescription
 
     config = material.config
@@ -56,6 +57,7 @@ def describe(material: Material) -> RunDescription:
         name=config.name,
         driving_side=driving_side(config),
         attribution=attribution(config),
+        changes=changes_of(config, material.network),
         provenance=_provenance(material),
     )
 
@@ -66,21 +68,10 @@ def driving_side(config: Config) -> DrivingSide:
     return config.report.driving_side or (osm.side() if osm is not None else "right")
 
 
-def attribution(config: Config) -> str:
-    """Who is to be named where results are shown; empty: nobody that is known."""
-    if config.report.attribution is not None:
-        return config.report.attribution
-    return OSM_ATTRIBUTION if config.ingest.format == "osm" else ""
-
-
-def licence(config: Config) -> str:
-    """The licence under which the sources let results be shared; empty: none that is known."""
-    return ODBL if config.ingest.format == "osm" else ""
-
-
 def information(material: Material) -> dict[str, object]:
     """What run_info says."""
     import uxsim_geo.version
+    from uxsim_geo.export.run_description import origin_of
 
     config = material.config
     figures = {name: value for name, value in material.figures.items() if name != "engine_wall_s"}
@@ -88,7 +79,8 @@ def information(material: Material) -> dict[str, object]:
     return {
         "name": config.name,
         "uxsim_geo_version": uxsim_geo.version.__version__,
-        "start": config.report.start.isoformat(),
+        "start": origin_of(config.report.start).isoformat(),
+        "start_given": config.report.start is not None,
         "bin_s": config.report.bin_s,
         **config.simulate.model_dump(exclude={"classes", "control"}),
         "classes": ", ".join(entry.name for entry in config.simulate.classes),

@@ -46,6 +46,8 @@ class StageRecord:
         when it ran (UTC), and for how many seconds
     key
         of the outputs in a store; empty where they are in none
+    versions
+        of the libraries that it ran with, by their names
     """
 
     settings: dict[str, Any] = field(default_factory=dict)
@@ -56,6 +58,7 @@ class StageRecord:
     started: str = ""
     wall_s: float = 0.0
     key: str = ""
+    versions: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

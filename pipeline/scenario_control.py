@@ -57,10 +57,9 @@ class ControlEdits:
         """Make an edit, if it is one of control; what is wrong with it is noted."""
         key, value = placed.edit.only()
         place = (*placed.place, key)
-        if isinstance(value, CloseEdit):
-            self._add(*_closing(value), place)
-        elif isinstance(value, IncidentEntry):
-            self._add("incidents", value, place)
+        if isinstance(value, CloseEdit | IncidentEntry):
+            if self._links(value, place):
+                self._add(*_closing(value), place)
         elif isinstance(value, ControlSection):
             for kind, number, entry in value.entries():
                 self._add(kind, entry, (*place, kind, number))
@@ -151,8 +150,10 @@ class ControlEdits:
         return dict.fromkeys(ids) or None
 
 
-def _closing(section: CloseEdit) -> tuple[str, MeasureEntry]:
-    """Return the measure that closes links, or lanes of them."""
+def _closing(section: CloseEdit | IncidentEntry) -> tuple[str, MeasureEntry]:
+    """Return the measure that closes links, or lanes of them, and its kind."""
+    if isinstance(section, IncidentEntry):
+        return "incidents", section
     names = (*ChosenLinks.model_fields, *Period.model_fields)
     told = {name: getattr(section, name) for name in names}
     if section.lanes is None:

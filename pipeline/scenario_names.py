@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pipeline.config_keys import Reading
 from pipeline.edits_config_study import StudyEdit
 from pipeline.yaml_source import Place, place_in_words
-from uxsim_geo.errors import Fault
-from uxsim_geo.network.near_names import did_you_mean
+from uxsim_geo.errors import Fault, did_you_mean
 
 #: keys of edits that name scenarios
 NAMING = ("build_on", "require", "exclude")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import datetime
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from pipeline.config import Config, ReportSection
+from pipeline.attribution import attribution
+from pipeline.config import Config
 from pipeline.material import Material
+from pipeline.results_files import driving_side
 from pipeline.space_time_config import SpaceTimeSection
 from uxsim_geo.errors import Fault, InputError
 
@@ -44,13 +45,15 @@ class SpaceTime:
         wishes, report = self.wishes, self.material.config.report
         return Look(
             title=self.material.config.name,
-            start=_told(report.start),
+            start=report.start,
             colour=wishes.colour,
             show=wishes.show,
             slower_than=wishes.slower_than,
             most_links=wishes.most_links,
             time=wishes.time_s,
             size=(wishes.width_px, wishes.height_px),
+            driving_side=driving_side(self.material.config),
+            attribution=attribution(self.material.config),
         )
 
     @cached_property
@@ -100,11 +103,6 @@ def space_time_writers(material: Material, progress: Progress) -> dict[str, Call
     return writers
 
 
-def _told(start: datetime) -> datetime | None:
-    """The start, unless nobody has told it: then the clock counts from 0:00."""
-    return None if start == ReportSection.model_fields["start"].default else start
-
-
 def _write_still(run: SpaceTime, camera: Any, path: Path) -> None:
     from uxsim_geo.export.space_time.drawing import write_still
 
@@ -145,4 +143,4 @@ def _write_page(run: SpaceTime, path: Path) -> None:
 def _write_vtk(run: SpaceTime, path: Path) -> None:
     from uxsim_geo.export.space_time.vtk import write_vtk
 
-    write_vtk(path, run.material.network, run.material.states, run.ways)
+    write_vtk(path, run.material.network, run.material.states, run.ways, run.look.attribution)

@@ -47,8 +47,12 @@ class SpaceTimeSection(Section):
     slower_than: float = Field(
         0.6, gt=0, le=1, description="share of free speed under which a link is drawn, 0 to 1"
     )
-    most_links: int = Field(
-        200, ge=1, le=20_000, description="so many links at most, those that lost most time"
+    most_links: int | None = Field(
+        None,
+        ge=1,
+        le=20_000,
+        description="so many links at most stand as walls, those that lost most time; none: 200, "
+        "of a large network only as many as do not hide one another",
     )
     most_trajectories: int = Field(
         300, ge=1, le=5_000, description="so many platoons at most, spread evenly over all"

@@ -7,7 +7,7 @@ import os
 import platform
 import shlex
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import uxsim_geo.version
+from pipeline.attribution import attribution, licence
 from pipeline.config import Config
 from pipeline.config_file import named_values, plain_values, relative_name, write_config
 from pipeline.progress import Watch
-from pipeline.results_files import attribution, licence
 from pipeline.ro_crate import METADATA, write_crate
 from pipeline.runs import (
     CONFIG,
@@ -98,6 +98,9 @@ class Stage:
     prepare
         sees to it that inputs which are downloaded are there, before it is asked whether the stage
         is up to date
+    downloads
+        beginnings of the names of inputs that are downloaded: where such are gone and all else is
+        as it was, the stage counts as up to date, and they are not downloaded again
     may_leave
         outputs that only some runs have: those of a run that was not finished go before it begins
     storable
@@ -110,6 +113,7 @@ class Stage:
     inputs: Callable[[Config, RunFolder], dict[str, Path]]
     run: Callable[[Task], Outcome]
     prepare: Callable[[Config, Watch], None] | None = None
+    downloads: Callable[[Config], tuple[str, ...]] = lambda _config: ()
     may_leave: Sequence[str] = ()
     storable: bool = False
 
@@ -138,10 +142,12 @@ class Run:
         problems: list[str] = []
         names = [stage.name for stage in self.stages]
         for stage in self.stages[: names.index(last) + 1]:
-            if stage.prepare is not None:
+            gone = [] if force else self._gone_downloads(stage)
+            if stage.prepare is not None and not gone:
                 stage.prepare(self.config, self.watch)
             if not force and self.is_current(stage):
-                self.watch.say(f"{stage.name}: up to date")
+                remarks = self._remarks(stage, gone)
+                self.watch.say("; ".join([f"{stage.name}: up to date", *remarks]))
                 continue
             key = self.key_of(stage)
             if force or not self._take_from_store(stage, key):
@@ -155,10 +161,31 @@ class Run:
             return False
         inputs = stage.inputs(self.config, self.folder)
         return (
-            inputs.keys() == record.inputs.keys()
+            inputs.keys() <= record.inputs.keys()
+            and all(self._may_be_gone(stage, name) for name in record.inputs.keys() - inputs.keys())
             and all(is_unchanged(record.inputs[name], path) for name, path in inputs.items())
             and self._has(record)
         )
+
+    def _may_be_gone(self, stage: Stage, name: str) -> bool:
+        return name.startswith(stage.downloads(self.config))
+
+    def _gone_downloads(self, stage: Stage) -> list[str]:
+        """Downloads that a stage has read and that are gone, where it is up to date without."""
+        record = self.folder.read_manifest().stages.get(stage.name)
+        if record is None or not stage.downloads(self.config) or not self.is_current(stage):
+            return []
+        there = stage.inputs(self.config, self.folder)
+        return [file.path for name, file in record.inputs.items() if name not in there]
+
+    def _remarks(self, stage: Stage, gone: Sequence[str]) -> Iterator[str]:
+        """What to know of a stage that is not run again."""
+        if gone:
+            yield (
+                f"its downloads are gone and could not be checked ({', '.join(gone)}): "
+                "the run's own tables are used, --force downloads again"
+            )
+        yield from other_versions(self.folder.read_manifest().stages[stage.name], "--force repeats")
 
     def _has(self, record: StageRecord) -> bool:
         """Tell whether the outputs of a stage are in the folder as they were recorded."""
@@ -193,7 +220,7 @@ class Run:
 
         values = named_values(self.config, by_content)
         settings = {key: values[key] for key in stage.keys} | {"code": code_digest()}
-        return key_of(stage.name, settings, inputs)
+        return key_of(stage.name, settings | {"versions": versions()}, inputs)
 
     def _take_from_store(self, stage: Stage, key: str) -> bool:
         """Put what the store has of this stage into the folder; False: it has to be run."""
@@ -232,6 +259,7 @@ class Run:
             started=started.isoformat(timespec="seconds"),
             wall_s=round(time.perf_counter() - clock, 3),
             key=key,
+            versions=versions(),
         )
         if self.store is not None and record.key:
             self.store.keep(key, _entry(record, outcome), self.folder)
@@ -330,6 +358,21 @@ def machine() -> dict[str, Any]:
         "processor": platform.machine(),
         "processors": os.cpu_count(),
     }
+
+
+def other_versions(record: StageRecord, advice: str = "") -> Iterator[str]:
+    """Say with which other versions of libraries a stage was made, if with any.
+
+    That makes nothing out of date: a result is only bound to be the same with the same versions.
+    """
+    now = versions()
+    others = [
+        f"{name} {then} (now {now.get(name, 'none')})"
+        for name, then in record.versions.items()
+        if now.get(name) != then
+    ]
+    if others:
+        yield f"made with {', '.join(others)}" + (f", {advice}" if advice else "")
 
 
 @cache

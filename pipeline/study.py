@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -14,12 +13,13 @@ from typing import Any, Protocol
 from pipeline.config_file import config_of
 from pipeline.dry_run import dry_run_text, write_changes
 from pipeline.progress import Watch
-from pipeline.runs import RunFolder, record_file
+from pipeline.runs import FileRecord, RunFolder, record_file
 from pipeline.simulate import STAGE as SIMULATE
-from pipeline.stages import Run, code_digest, versions
+from pipeline.stages import Run, code_digest, machine, versions
+from pipeline.study_comparison import Compared
 from pipeline.study_config import StudyFile, UntilSection, read_study
 from pipeline.study_dask import Dask
-from pipeline.study_folder import FIGURES, STUDY, StudyFolder, StudyManifest, machine, run_entry
+from pipeline.study_folder import FIGURES, STUDY, StudyFolder, StudyManifest, run_entry
 from pipeline.study_jobs import NAMES, Job, Report
 from pipeline.study_processes import Group, Here, Processes, cores
 from pipeline.study_scenarios import Preparation, Prepared, absolute_values, with_seed
@@ -53,6 +53,10 @@ class Runner(Protocol):
 class Study:
     """A study under way.
 
+    files
+        the study and its base as they were at the beginning
+    text
+        what the study's file said then
     reports
         of the runs done, by scenario and seed
     """
@@ -62,6 +66,8 @@ class Study:
     command: Sequence[str]
     watch: Watch
     seeds: Seeds
+    files: Mapping[str, FileRecord]
+    text: bytes
     reports: dict[tuple[str, int], Report] = field(default_factory=dict)
 
     @property
@@ -85,18 +91,22 @@ def run_study(order: Order, watch: Watch) -> list[str]:
             try:
                 _run_all(study, runner, prepared)
             except BaseException:
-                _write(study, prepared, started, finished=False)
+                _write(study, prepared, started, (), finished=False)
                 raise
-        _write(study, prepared, started, finished=True)
+        compared, problems = _compare(study, prepared)
+        _write(study, prepared, started, compared, finished=True)
         count = f"{len(study.reports):,} runs in {time.perf_counter() - clock:.1f} s"
         _tell(study, f"study: {count}, figures in {study.folder.path / FIGURES}")
-    return [
-        f"{report.scenario}, seed {report.seed}: {problem}; {report.words}"
-        if report.status == "failed"
-        else f"{report.scenario}, seed {report.seed}: {problem}"
-        for report in in_order(study, prepared)
-        for problem in report.problems
-    ]
+    return [*_problems(in_order(study, prepared)), *problems]
+
+
+def _problems(reports: Sequence[Report]) -> list[str]:
+    found = []
+    for report in reports:
+        details = f"; {report.words}" if report.status == "failed" else ""
+        run = f"{report.scenario}, seed {report.seed}"
+        found += [f"{run}: {problem}{details}" for problem in report.problems]
+    return found
 
 
 def dry_run(order: Order, watch: Watch) -> tuple[str, Path]:
@@ -128,7 +138,9 @@ def _begin(order: Order, watch: Watch) -> Study:
         raise InputError([Fault(what, *origin, None, seeds.until.figure)])
     folder = StudyFolder((order.out / file.config.name).resolve())
     RunFolder(folder.path).create()
-    return Study(file, folder, order.command, watch, seeds)
+    files = {"file": record_file(file.path.resolve()), "base": record_file(file.config.base)}
+    text = file.path.read_bytes()
+    return Study(file, folder, order.command, watch, seeds, files, text)
 
 
 def _runner(order: Order, file: StudyFile) -> AbstractContextManager[Runner]:
@@ -148,8 +160,8 @@ def _preparation(study: Study) -> Preparation:
 def _prepare(study: Study) -> dict[str, Prepared]:
     """Read the base, check all edits against it, and make the tables of every scenario."""
     preparation = _preparation(study)
-    scenarios, _ = preparation.scenarios()
-    return preparation.prepared(scenarios)
+    scenarios, tables = preparation.scenarios()
+    return preparation.prepared(scenarios, tables)
 
 
 def _clear(study: Study) -> None:
@@ -210,6 +222,17 @@ def _tell_of_run(study: Study, report: Report, total: int) -> None:
     study.watch.counted(done, total)
 
 
+def _compare(study: Study, prepared: Mapping[str, Prepared]) -> tuple[Sequence[str], Sequence[str]]:
+    """Write the comparison that the study asks for; the files' names, and what went wrong."""
+    which = study.file.config.comparison
+    if which == "none":
+        return (), ()
+    study.watch.say("comparison of scenarios with the base")
+    reports = in_order(study, prepared)
+    compared = Compared(study.file.config.name, study.folder, prepared, reports)
+    return compared.write(which, study.folder.log)
+
+
 def _is_enough(study: Study, until: UntilSection, scenarios: Sequence[str]) -> bool:
     figures = {
         key: report.figures.get(until.figure)
@@ -226,13 +249,18 @@ def _is_enough(study: Study, until: UntilSection, scenarios: Sequence[str]) -> b
 
 
 def _write(
-    study: Study, prepared: Mapping[str, Prepared], started: datetime, *, finished: bool
+    study: Study,
+    prepared: Mapping[str, Prepared],
+    started: datetime,
+    compared: Sequence[str],
+    *,
+    finished: bool,
 ) -> None:
     """Write the figures and the manifest, of what has been done."""
     folder, reports = study.folder, in_order(study, prepared)
     folder.write_figures(reports)
     with replace_when_complete(folder.path / STUDY) as path:
-        shutil.copyfile(study.file.path, path)
+        path.write_bytes(study.text)
     known = {(report.scenario, report.seed) for report in reports}
     waiting = [
         Report(name, seed, "failed", "", ["was not run"])
@@ -242,7 +270,7 @@ def _write(
     ]
     runs = [run_entry(report) for report in (*reports, *waiting)]
     about = _about(study, list(prepared), started, finished=finished)
-    folder.write_manifest(StudyManifest(about, runs, folder.record(FIGURES, STUDY)))
+    folder.write_manifest(StudyManifest(about, runs, folder.record(FIGURES, STUDY, *compared)))
 
 
 def _about(
@@ -252,13 +280,12 @@ def _about(
     return {
         "name": file.config.name,
         "command": list(study.command),
-        "file": vars(record_file(file.path.resolve())),
-        "base": vars(record_file(file.config.base)),
+        **{name: vars(record) for name, record in study.files.items()},
         "scenarios": list(scenarios),
         "seeds": study.seeds.done,
         "versions": versions(),
         "code": code_digest(),
-        "machine": dict(machine()),
+        "machine": machine(),
         "started": started.isoformat(timespec="seconds"),
         "ended": datetime.now(UTC).isoformat(timespec="seconds"),
         "finished": finished,

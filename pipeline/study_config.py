@@ -87,6 +87,9 @@ class StudyConfig(LocatedSection):
     reports: Literal["none", "first_seed", "all"] = Field(
         "none", description="which runs get all that the section report of the base asks for"
     )
+    comparison: Literal["full", "tables", "none"] = Field(
+        "full", description="full: tables, layers, a page and pictures; tables: these alone; none"
+    )
     scheduler: str = Field(
         "processes",
         pattern=r"^(none|processes|dask|(tcp|tls|ws|wss|inproc|ucx)://\S+)$",

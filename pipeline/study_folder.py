@@ -5,9 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
-import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -142,11 +140,6 @@ def run_entry(report: Report) -> dict[str, Any]:
         "status": report.status,
         "problems": list(report.problems),
     }
-
-
-def machine() -> Mapping[str, Any]:
-    """Facts of this machine that matter for the time a study takes."""
-    return {"platform": platform.platform(), "cores": os.cpu_count()}
 
 
 def _cell(value: float | None) -> str:

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 from pipeline import ingest
 from pipeline.config import Config
 from pipeline.config_file import config_of, named_values
+from pipeline.dry_run import dry_run_text
 from pipeline.ingest_config import IngestSection
 from pipeline.progress import Prefixed, Watch
 from pipeline.runs import RunFolder, StageRecord
-from pipeline.scenarios import Scenario, Tables, read_scenarios, resolve
+from pipeline.scenarios import BASE, Scenario, Tables, read_scenarios, resolve
 from pipeline.stages import Run
 from pipeline.study_config import StudyFile
 from pipeline.study_folder import StudyFolder
@@ -38,11 +39,14 @@ class Prepared:
 
     config
         whose files after ingestion lie in the study's folder
+    edits
+        what it changes, a line each
     """
 
     config: Config
     tables: RunFolder
     ingested: StageRecord
+    edits: tuple[str, ...]
 
 
 @dataclass
@@ -87,17 +91,25 @@ class Preparation:
         tables = Tables(*self.sources(base.ingest, self.watch.drawn))
         return resolve(self.file.base, self.file.reading, told, tables), tables
 
-    def prepared(self, scenarios: Mapping[str, Scenario]) -> dict[str, Prepared]:
-        """Write the tables of all scenarios, where they are neither there nor in the store."""
-        return {name: self._prepare(name, one.config) for name, one in scenarios.items()}
+    def prepared(self, scenarios: Mapping[str, Scenario], tables: Tables) -> dict[str, Prepared]:
+        """Write the tables of all scenarios, where they are neither there nor in the store.
 
-    def _prepare(self, name: str, config: Config) -> Prepared:
+        ``tables`` are those of the base as read.
+        """
+        base = scenarios[BASE]
+        return {
+            name: self._prepare(one, _edits_in_words({BASE: base, name: one}, tables))
+            for name, one in scenarios.items()
+        }
+
+    def _prepare(self, scenario: Scenario, edits: tuple[str, ...]) -> Prepared:
+        name = scenario.name
         folder = self.folder.run(name, self.first_seed)
-        config = self._in_folder(with_seed(config, self.first_seed))
+        config = self._in_folder(with_seed(scenario.config, self.first_seed))
         watch = Prefixed(name, self.watch)
         stage = ingest.stage(self.sources)
         Run(config, folder, watch, self.command, (stage,), self.folder.store).execute(stage.name)
-        return Prepared(config, folder, folder.read_manifest().stages[stage.name])
+        return Prepared(config, folder, folder.read_manifest().stages[stage.name], edits)
 
     def _in_folder(self, config: Config) -> Config:
         """Copy what runs read into the study's folder, and name the copies."""
@@ -118,6 +130,12 @@ class Preparation:
                     shutil.copyfile(path, temporary)
             self.copied[path] = target
         return self.copied[path]
+
+
+def _edits_in_words(scenarios: Mapping[str, Scenario], tables: Tables) -> tuple[str, ...]:
+    """Return what the scenario beside the base changes, a line each; nothing of the base itself."""
+    lines = dry_run_text(scenarios, tables).splitlines()[1:]
+    return tuple(" ".join(line.split()) for line in lines if line.strip())
 
 
 def with_seed(config: Config, seed: int) -> Config:

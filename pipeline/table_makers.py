@@ -127,8 +127,9 @@ def _links(run: FinishedRun) -> pd.DataFrame:
 def _link_times(run: FinishedRun) -> pd.DataFrame:
     """As the layer of that name, with times in seconds after the start."""
     from uxsim_geo.export.layers import link_times_layer
+    from uxsim_geo.export.run_description import origin_of
 
-    table = link_times_layer(run.network, run.states, run.config.report.start)
+    table = link_times_layer(run.network, run.states, origin_of(run.config.report.start))
     table.insert(1, "begin_s", run.states["begin_s"])
     table.insert(2, "end_s", run.states["end_s"])
     return table.drop(columns=["begin", "end"])

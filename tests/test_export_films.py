@@ -13,8 +13,9 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from uxsim_geo.errors import InputError
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
-from uxsim_geo.export.film import MovingMap, add_clock, clock, write_film
+from uxsim_geo.export.film import MovingMap, add_time, write_film
 from uxsim_geo.export.gif import Picture, write_gif
 from uxsim_geo.export.map_sheet import MapSheet
 from uxsim_geo.export.mp4 import EncodingError, write_mp4
@@ -122,12 +123,12 @@ def test_what_the_encoder_says_is_passed_on(tmp_path: Path) -> None:
 
 def moving_map(count: int, fail_at: int = -1) -> MovingMap:
     sheet = MapSheet.of(two_way_road(), "")
-    time = add_clock(sheet)
+    time = add_time(sheet)
 
     def draw(number: int) -> None:
         if number == fail_at:
             raise RuntimeError("stopped")
-        time.set_text(clock(60.0 * number))
+        time.set_text(Clock().text(60.0 * number))
 
     return MovingMap(sheet, (time,), draw, count)
 
@@ -190,11 +191,3 @@ def test_where_no_encoder_is_installed_the_extra_is_named(
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(InputError, match=r"uxsim-geo\[video\]"):
         write_film(moving_map(1), tmp_path / "film.mp4", 80.0)
-
-
-@pytest.mark.parametrize(
-    ("time", "text"),
-    [(0.0, "0:00:00"), (3725.0, "1:02:05"), (59.96, "0:01:00"), (7.5, "0:00:07.5")],
-)
-def test_the_clock_tells_hours_minutes_and_seconds(time: float, text: str) -> None:
-    assert clock(time) == text

@@ -23,9 +23,9 @@ import pytest
 from newell_link import events_of, network_of, result_of, trips_of
 from packaged_road import NAMES, START, description_of, run_of, two_way_road, write
 
-from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.link_states import link_states, link_times
 from uxsim_geo.analysis.passages import Passages
-from uxsim_geo.export import geopackage
+from uxsim_geo.export import geopackage, layers
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.columns import LAYERS as COLUMNS_IN_WORDS
 from uxsim_geo.export.columns import titled
@@ -74,13 +74,13 @@ STATE_COLUMNS = (
 )
 COLUMNS = {
     "nodes": "node_id zone_id control through_traffic",
-    "links": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
+    "links": "link_id from_node_id to_node_id name ref road_class length_m lanes free_speed_kmh "
     "jam_density_vpkm_per_lane capacity_vph effective_capacity_vph merge_priority lanes_source "
     f"free_speed_source source_id volume_veh {STATE_COLUMNS}",
     "link_times": "link_id begin end flow_vph density_vpkm entries_veh exits_veh "
     f"{STATE_COLUMNS} instantaneous_travel_time_s",
-    "link_states": "link_id from_node_id to_node_id name road_class length_m lanes free_speed_kmh "
-    "jam_density_vpkm_per_lane effective_capacity_vph "
+    "link_states": "link_id from_node_id to_node_id name ref road_class length_m lanes "
+    "free_speed_kmh jam_density_vpkm_per_lane effective_capacity_vph "
     f"begin end flow_vph density_vpkm entries_veh exits_veh {STATE_COLUMNS} "
     "instantaneous_travel_time_s",
     "od_lines": "origin destination cell_m beeline_m demanded_veh departed_veh completed_veh "
@@ -106,7 +106,7 @@ def test_columns_are_empty_only_where_the_page_says() -> None:
     nobody = ["speed_kmh", "speed_ratio", "experienced_travel_time_s", "delay_s"]
     for layer in (links_layer(network, states, 1.0), link_times_layer(network, states, START)):
         empty = {name for name in layer.columns if layer[name].isna().all()}
-        assert empty - {"source_id", "zone_id"} == set(nobody)
+        assert empty - {"source_id", "zone_id", "ref"} == set(nobody)
 
 
 def test_figures_are_in_the_units_of_their_names(package: Path) -> None:
@@ -244,6 +244,23 @@ def test_layers_keep_their_type_where_nobody_drove(tmp_path: Path) -> None:
         }
 
 
+def test_states_that_are_written_in_parts_are_those_written_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = two_way_road("EPSG:25832")
+    run, whole, parts = run_of(network), tmp_path / "whole.gpkg", tmp_path / "parts.gpkg"
+    kept = link_states(run.result, network, bin_s=60.0, passages=run.passages)
+    table = link_times(run.result, network, bin_s=60.0)
+    description = description_of(network)
+    write_geopackage(whole, layers_of_run(replace(run, states=table), description), description)
+    monkeypatch.setattr(layers, "AT_ONCE", 1)
+    write_geopackage(parts, layers_of_run(replace(run, states=kept), description), description)
+    query = "SELECT * FROM link_time_values"
+    assert len(rows(whole, query)) == len(table) > 2 * len(network.links)
+    assert rows(parts, query) == rows(whole, query)
+    assert rows(parts, "SELECT * FROM link_times") == rows(whole, "SELECT * FROM link_times")
+
+
 def test_every_layer_has_a_default_style_that_fits_its_columns(package: Path) -> None:
     styles = rows(
         package,
@@ -297,7 +314,11 @@ def test_notes_and_run_information_are_text_as_given(package: Path) -> None:
         "3.5",
     ]
     information = pyogrio.read_dataframe(package, layer="run_info")
-    assert dict(information.itertuples(index=False)) == {"seed": "7", "title": 'Nüßler\'s "run"'}
+    assert dict(information.itertuples(index=False)) == {
+        "seed": "7",
+        "title": 'Nüßler\'s "run"',
+        "attribution": "© <Jürgen> & 'co'",
+    }
 
 
 def test_every_column_is_described_in_the_file(package: Path) -> None:

@@ -16,11 +16,13 @@ from newell_link import events_of, network_of, result_of, trips_of
 from packaged_road import description_of, run_of, two_way_road
 from shapely.geometry import LineString, Point
 
+from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.od import od_table
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.trajectories import trajectories
 from uxsim_geo.export.archives import write_flatgeobuf, write_geoparquet
 from uxsim_geo.export.findings import extent_of_traffic
+from uxsim_geo.export.layers import link_times_layer
 from uxsim_geo.export.od_layer import od_lines_layer
 from uxsim_geo.export.run_layers import layers_of_run
 from uxsim_geo.export.trajectory_layer import Sample, trajectories_layer
@@ -56,6 +58,27 @@ def trips_between_all(network: Network, seed: int) -> Result:
     return result_of(events_of(network, []), trips_of(rows), Settings(100.0))
 
 
+@pytest.mark.parametrize(
+    ("bin_s", "duration", "first", "last"),
+    [
+        (50.0, 200.0, 49.0, 49.0),
+        (2.0, 200.0, 1.0, 1.0),
+        (1.0, 200.0, 0.0, 0.0),
+        (0.25, 50.0, 0.0, 0.0),
+        (75.0, 150.5, 74.0, 0.0),  # the last bin is half a second
+    ],
+)
+def test_bins_end_a_second_before_the_next_and_never_before_they_begin(
+    bin_s: float, duration: float, first: float, last: float
+) -> None:
+    network = network_of([{}])
+    result = result_of(events_of(network, []), trips_of([{}]), Settings(duration))
+    layer = link_times_layer(network, link_times(result, network, bin_s=bin_s), START)
+    length = (layer["end"] - layer["begin"]).dt.total_seconds()
+    assert (length.iloc[0], length.iloc[-1]) == (first, last)
+    assert (layer["end"].iloc[:-1].to_numpy() < layer["begin"].iloc[1:].to_numpy()).all()
+
+
 def test_few_pairs_are_lines_between_their_nodes() -> None:
     network = grid_of_nodes(2, 1000.0)
     od = od_table(trips_between_all(network, 1), network)
@@ -76,11 +99,16 @@ def test_few_pairs_are_lines_between_their_nodes() -> None:
             assert row.beeline_m == pytest.approx(row.geometry.length, rel=0.02)
 
 
-def test_many_pairs_are_put_together_by_cells_and_lose_nobody() -> None:
+def test_many_ends_are_put_together_in_squares_and_lose_nobody(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("uxsim_geo.export.trip_ends.MOST_NODES", 24)
+    monkeypatch.setattr("uxsim_geo.export.trip_ends.MOST_SQUARES", 4)
     network = grid_of_nodes(5, 400.0)
     od = od_table(trips_between_all(network, 2), network)
-    layer = od_lines_layer(network, od, most=20)
-    assert len(layer) <= 20
+    layer = od_lines_layer(network, od)
+    assert set(layer["origin"]) == {"A1", "A2", "B1", "B2"}
+    assert len(layer) == 16
     (cell,) = set(layer["cell_m"])
     # five columns 400 m apart: cells of 1,000 m hold up to 3 x 3 nodes, smaller ones leave more
     assert cell == 1000.0

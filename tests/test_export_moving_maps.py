@@ -80,7 +80,7 @@ def test_links_are_as_wide_as_they_are_dense_and_the_slowest_on_top(
     np.testing.assert_allclose(traffic.get_linewidth(), expected)
     traffic.update_scalarmappable()
     assert traffic.get_colors()[0] == pytest.approx(to_rgba(FAST))
-    assert time.get_text() == "0:00:00 to 0:01:40"
+    assert time.get_text() == "0:00:00–0:01:40"
     moving.draw(1)  # only the queue is left, standing
     traffic.update_scalarmappable()
     assert traffic.get_colors() == pytest.approx(np.array([to_rgba(SLOW)]))

@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from newell_link import network_of
+from pyproj import CRS
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_totals
@@ -44,6 +45,17 @@ def test_links_lie_to_the_right_of_their_direction_and_do_not_overlap() -> None:
     assert (slow[:, 1] < 0).all()  # eastwards: right is south
     assert free[0][0] > free[-1][0]
     assert (free[:, 1] > 0).all()
+
+
+def test_where_people_drive_on_the_left_links_lie_there() -> None:
+    network = two_way_road()
+    totals = link_totals(states_with_a_queue(network))
+    free, slow = drawn_traffic(
+        network_state_figure(network, totals, "t", driving_side="left")
+    ).get_segments()
+    assert slow[0][0] < slow[-1][0]
+    assert (slow[:, 1] > 0).all()  # eastwards: left is north
+    assert (free[:, 1] < 0).all()
 
 
 def test_colour_is_the_speed_and_width_the_volume() -> None:
@@ -160,6 +172,23 @@ def test_degrees_become_metres_of_equal_scale() -> None:
     assert lengths == pytest.approx([1000, 1000], rel=5e-3)
 
 
+@pytest.mark.parametrize(("pole", "latitude"), [("EPSG:32661", 87.0), ("EPSG:32761", -85.0)])
+def test_near_a_pole_there_are_metres_too(pole: str, latitude: float) -> None:
+    # a degree along a meridian is 111.7 km there; the polar grids shrink it by up to 0.6 %
+    ends = [Point(20.0, latitude), Point(20.0, latitude + 0.009)]
+    plain = network_of([{}, {"from_node_id": "b", "to_node_id": "a"}])
+    lines = [LineString(ends), LineString(ends[::-1])]
+    network = Network(
+        gpd.GeoDataFrame(plain.nodes, geometry=ends, crs="EPSG:4326"),
+        gpd.GeoDataFrame(plain.links, geometry=lines, crs="EPSG:4326"),
+    )
+    plane = MapPlane.of(network)
+    assert plane.metres_per_unit == 1
+    assert [line.length for line in plane.lines] == pytest.approx([1005.0, 1005.0], rel=8e-3)
+    assert plane.crs == CRS.from_user_input(pole)
+    assert network_state_figure(network, link_totals(states_with_a_queue(network)), "t").axes
+
+
 def test_the_scale_bar_is_round_in_metres_whatever_the_unit() -> None:
     feet = MapPlane.of(two_way_road("EPSG:2263"))
     bar = feet.scale_bar(1000.0)  # US survey feet: 304.8 m
@@ -180,6 +209,6 @@ def test_a_line_that_cannot_be_moved_stays() -> None:
     network = two_way_road()
     point = LineString([(0, 0), (0, 0)])
     plane = replace(MapPlane.of(network), lines=np.array([point, LineString([(0, 0), (9, 0)])]))
-    stayed, moved = plane.to_the_right(np.array([1.0, 1.0]))
+    stayed, moved = plane.beside(np.array([1.0, 1.0]), "right")
     assert stayed.equals_exact(point, 0)
     assert moved.bounds == pytest.approx((0, -1, 9, -1))

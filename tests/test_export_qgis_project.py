@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 import pytest
 from packaged_road import description_of, run_of, two_way_road, write
 
+from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.export.findings import Findings
 from uxsim_geo.export.geopackage import write_geopackage
 from uxsim_geo.export.qgis_parts import as_label
@@ -55,6 +56,19 @@ def test_the_slider_runs_over_the_run_bin_by_bin(tmp_path: Path) -> None:
     assert (settings.get("timeStep"), settings.get("timeStepUnit")) == ("1", "min")
     times = [settings.findtext(f"TemporalRange/{name}") for name in ("start", "end")]
     assert times == ["2024-03-01T07:00:00Z", "2024-03-01T07:02:29Z"]
+
+
+@pytest.mark.parametrize("bin_s", [0.5, 1.0, 2.0])
+def test_short_bins_are_steps_of_the_slider(tmp_path: Path, bin_s: float) -> None:
+    network = two_way_road("EPSG:25832")
+    run, description = run_of(network), description_of(network)
+    states = link_times(run.result, network, bin_s=bin_s)
+    path = tmp_path / "results.gpkg"
+    layers = layers_of_run(replace(run, states=states), description)
+    write_geopackage(path, layers, description)
+    settings = project_of(path).find("ProjectTimeSettings")
+    assert settings is not None
+    assert (settings.get("timeStep"), settings.get("timeStepUnit")) == (f"{bin_s:g}", "s")
 
 
 def test_without_states_the_whole_run_is_shown(tmp_path: Path) -> None:
@@ -114,8 +128,9 @@ def test_findings_are_those_of_the_run() -> None:
     network.links["name"] = ["High Street", None]
     findings = Findings.of(layers_of_run(run_of(network), description_of(network)))
     # worked out with the figures of links in the tests of the GeoPackage
-    assert findings.roads == (("High Street", pytest.approx(5 * (40 + 36.25 + 48.75) / 3600)),)
+    (street,) = findings.lost.streets(8)
+    assert (street.name, street.lost) == ("High Street", pytest.approx(5 * (40 + 36.25 + 48.75)))
     # the first platoon stands from 55 to 95 s, the second from 63.75 to 100 and from 101.25 s on
     lost = [5 * 5, 5 * (35 + 36.25 + 18.75), 5 * 30]
-    assert findings.lost == pytest.approx([seconds / 3600 for seconds in lost])
-    assert findings.worst == 1
+    assert findings.lost.in_bins == pytest.approx(lost)
+    assert findings.lost.worst_bin == 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import datetime, timedelta, timezone
 
 import geopandas as gpd
 import numpy as np
@@ -16,6 +16,7 @@ from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time import camera as cameras
@@ -24,10 +25,9 @@ from uxsim_geo.export.space_time import frame as frames
 from uxsim_geo.export.space_time import walls as walls
 from uxsim_geo.export.space_time.bins import coarser
 from uxsim_geo.export.space_time.choice import Choice
-from uxsim_geo.export.space_time.frame import Frame, ticks
+from uxsim_geo.export.space_time.frame import Frame
 from uxsim_geo.export.space_time.framing import best_side
 from uxsim_geo.export.space_time.look import Look
-from uxsim_geo.export.space_time.places import places
 from uxsim_geo.export.space_time.scale import round_above
 from uxsim_geo.export.space_time.scene import space_time_scene
 from uxsim_geo.export.space_time.surface import surface_scene
@@ -227,6 +227,78 @@ def test_links_that_lost_most_time_are_chosen() -> None:
     assert not fast.links.size
 
 
+def standing(network: Network, states: pd.DataFrame) -> pd.DataFrame:
+    """The states with a queue on every link, the longer lost the lower its number."""
+    number = np.repeat(np.arange(len(network.links))[::-1], len(states) // len(network.links))
+    return states.assign(speed=0.0, density=0.2, time=1.0, delay=3600.0 * (1 + number))
+
+
+def test_walls_of_a_large_network_do_not_crowd_its_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    network, states = many_roads(60)
+    states, plane = standing(network, states), MapPlane.of(network)
+    assert len(Choice.of(network, states, plane, Look()).links) == 60  # a small one shows all
+    monkeypatch.setattr(choices, "FEW_LINKS", 50)
+    _, y0, _, y1 = Choice.of(network, states, plane, Look()).box
+    side = y1 - y0  # every wall is of 1 km and stands the whole time
+    for crowded, count in ((25.5, 25), (1.0, choices.LEAST_WALLS)):
+        monkeypatch.setattr(choices, "CROWDED", crowded * 1000 / side)
+        part = Choice.of(network, states, plane, Look())
+        assert part.links.tolist() == list(range(count))
+        ground = part.on_ground()
+        assert ground.tolist() == list(range(count, 60))
+    assert len(Choice.of(network, states, plane, Look(most_links=40)).links) == 40  # as asked for
+
+
+def test_short_walls_crowd_a_map_as_much_as_longer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    network, states = many_roads(60)
+    short = [LineString([(0, 100.0 * k), (1, 100.0 * k)]) for k in range(60)]
+    network = Network(network.nodes, gpd.GeoDataFrame(network.links).set_geometry(short))
+    monkeypatch.setattr(choices, "FEW_LINKS", 50)
+    monkeypatch.setattr(choices, "CROWDED", 30.5 * choices.SHORTEST)
+    chosen = Choice.of(network, standing(network, states), MapPlane.of(network), Look())
+    assert len(chosen.links) == 30
+
+
+def test_slow_links_without_a_wall_lie_on_the_ground_in_the_colour_of_their_worst_state() -> None:
+    network, states = many_roads(3)
+    states = standing(network, states)
+    states.loc[states["link_id"] == "link 2", "speed"] = 9.0  # 45 % of 20 m/s
+    scene = space_time_scene(network, states, Look(most_links=1))
+    assert len(boxes(scene)) == 1
+    # the link with a wall is the last, on top
+    assert scene["slow.rgb"].tolist() == [class_rgb(0), class_rgb(2), class_rgb(0)]
+    y = scene["slow.points"][scene["slow.lines"][:, 0], 1]
+    assert np.argsort(y).tolist() == [2, 0, 1]
+
+
+def test_what_lies_on_the_ground_ends_where_the_map_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    network, states = many_roads(60)
+    lost = standing(network, states)
+    lost["delay"] = np.where(lost["link_id"].isin([f"link {k}" for k in range(12)]), 3600.0, 1e-3)
+    monkeypatch.setattr(choices, "FEW_LINKS", 50)
+    scene = space_time_scene(network, lost, Look())
+    assert 12 <= len(scene["slow.lines"]) < 60
+    x0, y0, x1, y1 = scene["ground"]
+    points = scene["slow.points"]
+    assert (points[:, :2] >= (x0, y0)).all()
+    assert (points[:, :2] <= (x1, y1)).all()
+
+
+def test_links_stand_on_the_side_that_is_driven_on() -> None:
+    network = two_way_road()
+    states = states_with_a_queue(network)
+    right, left = (
+        space_time_scene(network, states, Look(driving_side=side)) for side in ("right", "left")
+    )
+    for name in ("ribbons", "queues", "slow"):
+        low, high = right[f"{name}.points"][:, 1], left[f"{name}.points"][:, 1]
+        assert (low < 0).all()
+        assert np.sort(high) == pytest.approx(np.sort(-low))
+        assert left[f"{name}.points"][:, 0].min() == pytest.approx(
+            right[f"{name}.points"][:, 0].min()
+        )
+
+
 def test_a_few_slow_vehicles_are_no_queue() -> None:
     network = two_way_road()
     states = states_with_a_queue(network)
@@ -254,15 +326,14 @@ def test_places_tell_where_when_and_how_bad() -> None:
     links = network.links.assign(name=["Königs$traße <b>", None])
     network = Network(network.nodes, links)
     states = states_with_a_queue(network)
-    choice = Choice.of(network, states, MapPlane.of(network), Look())
-    (place,) = places(network, choice)
-    assert place.name == "Königs$traße <b>"
-    assert (place.begin, place.end, place.speed) == (0.0, 200.0, 0.0)
-    # 190 + 1000 veh·s... of 10 vehicles, less what 1975 m need at 20 m/s
-    lost = states.loc[states["link_id"] == "link 0", "delay"].sum() / 3600
-    assert place.lost == pytest.approx(lost)
+    own = states[states["link_id"] == "link 0"].reset_index()
+    lost, worst = own["delay"].sum() / 60, own.loc[own["delay"].idxmax()]
     scene = space_time_scene(network, states, Look())
-    assert scene["notes"][1] == f"1  Königs$traße <b>: {lost:,.1f} veh·h, 0:00–0:03, down to 0 km/h"
+    span = Clock.of(None, states["end_s"]).span(worst["begin_s"], worst["end_s"])
+    speed = 3.6 * worst["distance"] / worst["time"]
+    assert scene["notes"][1] == (
+        f"1  Königs$traße <b>: {lost:,.1f} veh·min, {span} at {speed:.0f} km/h"
+    )
     assert scene["marks.points"][:, :2] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
     assert scene["marks.points"][0, 2] > HEIGHT
 
@@ -271,15 +342,13 @@ def test_links_without_a_name_go_by_their_id_and_streets_count_as_one() -> None:
     network, states = many_roads(6)
     named = ["Long Street", "Long Street", None, "", "Long Street", " "]
     network = Network(network.nodes, network.links.assign(name=named))
-    choice = Choice.of(network, states, MapPlane.of(network), Look())
-    found = places(network, choice)
-    assert found[0].name == "Long Street"
-    assert {place.name for place in found[1:]} == {"link link 2", "link link 3", "link link 5"}
-    # of a street of which one link is drawn, the time lost on all of its links is told
-    alone = Choice.of(network, states, MapPlane.of(network), Look(most_links=1))
-    (place,) = places(network, alone)
-    assert place == found[0]
-    assert place.link == 0
+    scene = space_time_scene(network, states, Look())
+    found = [note.partition("  ")[2].partition(":")[0] for note in scene["notes"][1:]]
+    assert found[0] == "Long Street"
+    assert set(found[1:]) == {"link link 2", "link link 3", "link link 5"}
+    # how many links are drawn changes nothing of what is told
+    alone = space_time_scene(network, states, Look(most_links=1))
+    assert alone["notes"].tolist() == scene["notes"].tolist()
 
 
 def test_an_empty_network_has_a_map_and_no_walls() -> None:
@@ -307,21 +376,10 @@ def test_the_axes_tell_time_distance_and_north() -> None:
 def test_the_axis_shows_round_times_of_the_clock_in_its_zone() -> None:
     zone = timezone(timedelta(hours=2))
     look = Look(start=datetime(2024, 5, 1, 7, 10, tzinfo=zone))
-    assert look.clock_title == "time, UTC+2"
-    west = Look(start=datetime(2024, 5, 1, tzinfo=timezone(timedelta(hours=-3, minutes=-30))))
-    assert west.clock_title == "time, UTC−3:30"
-    assert Look(start=datetime(2024, 5, 1, tzinfo=UTC)).clock_title == "time, UTC"
-    assert ticks(look, 7200.0) == [
-        (600.0, "7:20"),
-        (1800.0, "7:40"),
-        (3000.0, "8:00"),
-        (4200.0, "8:20"),
-        (5400.0, "8:40"),
-        (6600.0, "9:00"),
-    ]
-    assert ticks(Look(), 90_000.0)[-1] == (86_400.0, "24:00")
-    late = Look(start=datetime(2024, 5, 1, 23, 0, tzinfo=zone))
-    assert late.clock(7200.0) == "1:00"
+    network = two_way_road()
+    scene = space_time_scene(network, states_with_a_queue(network), look)
+    for corner in range(4):
+        assert {"time, UTC+02:00", "07:10", "07:11"} <= set(scene[f"axes{corner}.texts"])
 
 
 @pytest.mark.parametrize(
@@ -332,6 +390,8 @@ def test_a_narrow_map_carries_no_tower(width: float, depth: float, height: float
     plane = MapPlane.of(two_way_road())
     frame = Frame.of(plane, (0.0, 0.0, 500 * width, 500 * depth), 60.0)
     assert frame.height == pytest.approx(height)
+    crowded = Frame.of(plane, (0.0, 0.0, 500 * width, 500 * depth), 60.0, crowded=True)
+    assert crowded.height == pytest.approx(min(height, frames.CROWDED_HEIGHT))
     assert frame.upwards(30.0) == pytest.approx(height / 2)
     assert frame.ground.tolist() == pytest.approx([-width / 2, -depth / 2, width / 2, depth / 2])
 

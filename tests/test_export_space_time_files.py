@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from ctypes.util import find_library
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -140,6 +141,26 @@ def test_an_error_in_the_drawing_process_is_passed_on(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_drawing_process_that_never_ends_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("imageio_ffmpeg")
+    stuck = tmp_path / "stuck.py"
+    stuck.write_text("import threading\nthreading.Event().wait()\n", encoding="utf-8")
+    monkeypatch.setattr(drawing, "RENDERER", stuck)
+    monkeypatch.setattr(drawing, "TIME_LIMIT", 0.1)
+    with pytest.raises(RenderError, match=r"more than 0\.1 s"):
+        write_film(tmp_path / "a.mp4", small_scene(), SMALL, motion="sweep")
+    with pytest.raises(RenderError, match=r"timed out after 0\.1 seconds"):
+        write_still(tmp_path / "a.png", small_scene(), SMALL)
+    assert list(tmp_path.iterdir()) == [stuck]
+
+
+def text_values(mesh: Any, name: str) -> list[str]:
+    array = mesh.GetFieldData().GetAbstractArray(name)
+    return [array.GetValue(row) for row in range(array.GetNumberOfValues())]
+
+
 @pytest.mark.parametrize("ending", ["vtp", "vtkhdf"])
 def test_files_for_paraview_hold_all_states_in_metres_and_seconds(
     tmp_path: Path, ending: str
@@ -147,15 +168,19 @@ def test_files_for_paraview_hold_all_states_in_metres_and_seconds(
     import pyvista as pv
 
     network = two_way_road()
+    network.links["link_id"] = names = ["Straße 🚗", "link 1"]
     way = np.array([(0.0, 0.0, 0.0), (1000.0, 0.0, 50.0)])
     path = tmp_path / f"space_time.{ending}"
-    write_vtk(path, network, states_with_a_queue(network), [way])
+    states = states_with_a_queue(two_way_road())
+    states["link_id"] = np.repeat(names, 2)
+    write_vtk(path, network, states, [way], "© Ähm")
     mesh = pv.read(path)
     part = mesh.cell_data["part"]
     # two roads, a way, and three states with somebody there
     assert part.tolist() == [ROAD, ROAD, WAY, RIBBON, RIBBON, RIBBON]
     assert mesh.cell_data["link"].tolist() == [0, 1, -1, 0, 0, 1]
-    assert mesh.field_data["link_id"].tolist() == ["link 0", "link 1"]
+    assert text_values(mesh, "link_id") == names
+    assert text_values(mesh, "attribution") == ["© Ähm"]
     assert mesh.field_data["origin"].tolist() == [500.0, 0.0]
     assert mesh.bounds == pytest.approx((-500, 500, 0, 0, 0, 200))
     ribbons = {name: values[part == RIBBON] for name, values in mesh.cell_data.items()}

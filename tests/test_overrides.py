@@ -98,12 +98,12 @@ def test_all_slips_come_at_once(tmp_path: Path, network: Network) -> None:
     ("text", "what"),
     [
         ("", "is empty"),
-        ("a;b\n1;2\n", "lacks the column link_id"),
-        ("link_id;lanes\n1-2;2\n", "link_id: separate the columns by commas"),
-        (",,\n", "lacks the column link_id"),
+        ("a,b\n1,2\n", "lacks the column link_id"),
+        ("link_id;lanes\n1-2;2\n", "separate the columns by commas"),
+        (",,\n", "is empty"),
         ("link_id,lanes\n1-2\n", "1 values under 2 names"),
         ("link_id,lanes,lanes\n1-2,1,2\n", "more than once"),
-        ('link_id,lanes\n"1-2,1\n', "is not a CSV table"),
+        ('link_id,lanes\n"1-2,1\n', "is no table of comma-separated values"),
     ],
 )
 def test_tables_that_are_none(tmp_path: Path, network: Network, text: str, what: str) -> None:

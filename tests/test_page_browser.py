@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
+from itertools import pairwise
 from pathlib import Path
 
 import geopandas as gpd
@@ -18,6 +19,7 @@ from small_networks import demand, link, network
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.engine.simulation import simulate
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.page.inline import explore
 from uxsim_geo.export.page.page import Run, write_page
 from uxsim_geo.export.run_description import RunDescription
@@ -178,6 +180,11 @@ def test_search_finds_a_street_by_any_name(tab: Tab, name: str) -> None:
     assert tab.run(LINK) == name
     tab.run("search.value = 'no such street'; search.dispatchEvent(new Event('change'))")
     assert "No street, link or zone" in tab.run("found.textContent")
+    # what was found before is shown no longer
+    assert "No link is chosen" in tab.run("document.querySelector('#details').textContent")
+    assert tab.run("document.querySelectorAll('#details svg').length") == 0
+    chosen = "trafficReport.map.map.getSource('chosen').serialize().data"
+    assert tab.run(f"{chosen}.features.length") == 0
 
 
 def test_search_finds_links_and_zones_by_their_ids(tab: Tab) -> None:
@@ -339,6 +346,66 @@ def test_tiles_are_asked_for_only_by_those_who_tick_them(tmp_path: Path) -> None
         assert online.run("document.querySelector('#tiles-attribution').hidden") is False
         online.run("document.getElementById('tiles').click()")
         assert online.run("document.querySelector('#trouble').hidden") is True
+
+
+def test_the_page_shows_the_times_of_the_clock_over_midnight(tmp_path: Path) -> None:
+    streets = roads()
+    result = simulate(streets, demand(("0", "4", 0.0, 1200.0, 600.0)), Settings(2400.0, 5))
+    states = link_times(result, streets, bin_s=90.0)
+    start = datetime(2026, 3, 31, 23, 40, tzinfo=timezone(timedelta(hours=1)))
+    write_page(
+        tmp_path / "late.html",
+        Run(streets, result, states),
+        RunDescription(start, streets.notes, {}),
+    )
+    edges = [*states["begin_s"].unique(), 2400.0]
+    clock = Clock.of(start, edges)
+    with opened(tmp_path / "profile") as late:
+        late.open(tmp_path / "late.html")
+        shown = late.run(
+            "(async () => { const texts = []; for (let bin = 0; bin < trafficReport.run.bins; "
+            "bin++) { await trafficReport.goTo(bin); "
+            "texts.push(document.querySelector('#clock').textContent); } return texts; })()"
+        )
+        assert shown == [clock.span(*span) for span in pairwise(edges)]
+        assert shown[0] == "31 Mar 23:40:00–23:41:30"
+        assert shown[-1] == "1 Apr 00:19:00–00:20:00"
+        ticks = late.run(
+            "[...document.querySelector('#network-charts svg')"
+            ".querySelectorAll('text[text-anchor=middle]')].map((one) => one.textContent)"
+        )
+        assert ticks == [text for _, text in clock.ticks(5)]
+        assert "1 Apr" in ticks
+
+
+def test_of_marks_that_meet_the_worse_lies_on_top(tab: Tab) -> None:
+    order = tab.run(
+        "[...document.querySelectorAll('.place-mark')].map((mark) => "
+        "[Number(mark.textContent), Number(getComputedStyle(mark).zIndex)])"
+    )
+    assert [number for number, _ in order] == [1, 2, 3, 4][: len(order)]
+    assert len(order) > 1
+    assert all(high > low for (_, high), (_, low) in pairwise(order))
+
+
+def test_on_paper_the_map_has_its_numbers_and_no_bars(tab: Tab) -> None:
+    black = tab.run(
+        "(async () => { const { map } = trafficReport; "
+        "const image = new Image(); image.src = map.picture(); await image.decode(); "
+        "const canvas = document.createElement('canvas'); "
+        "[canvas.width, canvas.height] = [image.width, image.height]; "
+        "const pen = canvas.getContext('2d'); pen.drawImage(image, 0, 0); "
+        "const { x, y } = map.map.project(map.marks[0].place); "
+        "return [...pen.getImageData(x - 8, y, 1, 1).data]; })()"
+    )
+    assert black == [28, 33, 38, 255]
+    tab.media("light", "print")
+    frame, ground = (
+        tab.run(f"getComputedStyle(document.querySelector('.map-frame')).{what}")
+        for what in ("backgroundColor", "printColorAdjust")
+    )
+    tab.media("light")
+    assert (frame, ground) == ("rgb(247, 248, 249)", "exact")
 
 
 def test_without_webgl_curves_and_tables_are_there(tmp_path: Path) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import html
+import re
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import geopandas as gpd
 import numpy as np
@@ -20,12 +22,17 @@ from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.od_table import no_notes
 from uxsim_geo.engine.simulation import simulate
 from uxsim_geo.errors import InputError
+from uxsim_geo.export.findings import Findings
+from uxsim_geo.export.layers import LinkTimes
+from uxsim_geo.export.od_layer import od_lines_layer
 from uxsim_geo.export.page import libraries
 from uxsim_geo.export.page.levels import first_of_merged, levels
 from uxsim_geo.export.page.page import Run, page, write_page
 from uxsim_geo.export.page.quantities import quantities
 from uxsim_geo.export.page.zones import zones
-from uxsim_geo.export.run_description import RunDescription
+from uxsim_geo.export.run_description import Change, RunDescription
+from uxsim_geo.export.space_time.look import Look
+from uxsim_geo.export.space_time.scene import space_time_scene
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -156,16 +163,77 @@ def test_the_worst_street_is_that_before_the_bottleneck() -> None:
     assert worst["bin"] == delay[:2].sum(axis=0).argmax()
     share = 100 * delay[:2].sum() / delay.sum()
     assert f"most was lost on High Street ({share:.0f} %)" in text
-    ends = [content["bottlenecks"]["links"][row] for row in range(3)]
+    ends = [content["junctions"]["links"][row] for row in range(3)]
     assert ends[1] >= 0
-    assert content["bottlenecks"]["largest_min"] == pytest.approx(delay[1].max() / 60)
+    assert content["junctions"]["largest_min"] == pytest.approx(delay[1].max() / 60)
 
 
 def test_nobody_on_the_road_makes_a_page_too() -> None:
     roads = network([link("a", "1", "2")])
     text = page(run_of(roads, demand(("1", "2", 4000.0, 4100.0, 50.0))), ABOUT)
-    assert "Nobody was delayed." in text
+    assert "Nobody lost time on the links." in text
     assert (codes(text, "density") == 0).all()
+
+
+def test_means_and_ends_of_the_worst_bin_are_told_apart(busy: Run) -> None:
+    told = html.unescape(page(busy, ABOUT))
+    lost = table_of(busy, "delay").sum(axis=0)
+    worst = int(lost.argmax())
+    end = ABOUT.start + timedelta(seconds=BIN * (worst + 1))
+    mean = table_of(busy, "time").sum(axis=0)[worst] / BIN
+    queued = table_of(busy, "queue").sum(axis=0)[worst]
+    assert f"on average {mean:,.0f} vehicles were on the road in that time" in told
+    assert f"At {end:%H:%M}, {queued:,.0f} of the" in told
+
+
+def test_what_was_closed_is_told_with_its_time_and_place(busy: Run) -> None:
+    changes = [
+        Change("closed", "Lane <b> (link 3)", 600.0, 900.0),
+        Change("1 lane blocked", "link 5", 300.0, np.inf),
+        Change("toll of 2", "links 1, 2", 0.0, np.inf),
+        Change("toll of 3", "links 1, 2", 0.0, 9000.0),
+    ]
+    text = page(busy, replace(ABOUT, changes=changes))
+    told = re.findall("<li>(.*?)</li>", text[text.index("What was closed") :])
+    assert told == [
+        "The whole time: toll of 2, links 1, 2.",
+        "The whole time: toll of 3, links 1, 2.",
+        "From 07:35 on: 1 lane blocked, link 5.",
+        "07:40–07:45: closed, Lane &lt;b&gt; (link 3).",
+    ]
+    many = page(busy, replace(ABOUT, changes=changes * 5))
+    assert "And 12 more; config.yaml of the run has them all." in many
+    assert "What was closed" not in page(busy, ABOUT)
+
+
+def test_sheet_page_and_picture_tell_of_the_same_streets(busy: Run) -> None:
+    links = busy.network.links.assign(ref=[f"B {row % 7}" for row in range(48)])
+    nodes = gpd.GeoDataFrame(
+        busy.network.nodes,
+        geometry=[shapely.Point(*map(float, i.split(","))) for i in busy.network.nodes["node_id"]],
+    )
+    at = dict(zip(nodes["node_id"], nodes.geometry, strict=True))
+    ends = zip(links["from_node_id"], links["to_node_id"], strict=True)
+    lines = [shapely.LineString([at[a], at[b]]) for a, b in ends]
+    roads = Network(nodes, gpd.GeoDataFrame(links, geometry=lines))
+    run = Run(roads, busy.result, busy.states)
+    times = LinkTimes.of(roads, busy.states, ABOUT.origin)
+    table = links[["link_id", "ref"]].assign(name=None, queue_m=0.0)
+    lost = Findings.of({"links": table, "link_times": times}).lost
+    text = html.unescape(page(run, ABOUT))
+    names = re.findall(r'data-worst="\d+">(.*?)</button>', text)
+    amounts = re.findall(r'<td class="number">([\d.,]+ veh·\w+)</td>', text)
+    assert len(names) > 3
+    assert set(names) <= {f"B {number}" for number in range(7)}
+    streets = lost.streets(20)
+    assert [street.name for street in streets] == names
+    assert [lost.unit.text(street.lost) for street in streets] == amounts
+    assert [street.bin for street in streets] == [one["bin"] for one in document(text)["worst"]]
+    notes = space_time_scene(roads, busy.states, Look(start=ABOUT.start))["notes"][1:]
+    whens = re.findall(r'<td class="when">(.*?)</td>', text)
+    wanted = zip(names, amounts, whens, strict=True)
+    for number, (note, (name, amount, when)) in enumerate(zip(notes, wanted, strict=False), 1):
+        assert note.startswith(f"{number}  {name}: {amount}, {when} at ")
 
 
 def test_traffic_on_the_left_is_drawn_there(busy: Run) -> None:
@@ -205,26 +273,44 @@ def test_classes_ascend_and_are_round() -> None:
 
 
 def test_trips_of_many_nodes_are_put_together_in_squares() -> None:
-    # a square of 13 × 13 nodes, 100 m apart, at the equator: sides of 0.2 km by the rule of ten
+    # a square of 13 × 13 nodes, 100 m apart: sides of 200 m leave 7 × 7 squares, of 100 m all
     names = [f"{i},{j}" for i in range(13) for j in range(13)]
-    places = np.array([[i * 100.0, j * 100.0] for i in range(13) for j in range(13)]) / 111_320
-    roads = Network(pd.DataFrame({"node_id": names}), pd.DataFrame())
+    places = np.array([[i * 100.0 + 10, j * 100.0 + 10] for i in range(13) for j in range(13)])
+    table = pd.DataFrame({"node_id": names})
+    nodes = gpd.GeoDataFrame(table, geometry=shapely.points(places), crs="EPSG:25832")
+    line = shapely.LineString([(0, 0), (1, 1)])
+    roads = Network(nodes, gpd.GeoDataFrame({"a": [1]}, geometry=[line], crs="EPSG:25832"))
     od = pd.DataFrame(
         {
             "origin": names,
             "destination": names[::-1],
             "vehicles_demanded": 2.0,
             "vehicles_departed": 2.0,
+            "vehicles_completed": 2.0,
+            "vehicles_unfinished": 0.0,
+            "vehicles_aborted": 0.0,
+            "travel_time_so_far_s": 100.0,
             "total_delay_so_far_veh_s": 60.0,
         }
     )
-    found = zones(roads, places, od, on_earth=True)
-    assert "A1" in found.names
-    assert "100 m" in found.kind
+    found = zones(roads, places, od)
+    assert found.kind == "squares of 200 m, A1 in the south-west"
+    assert len(found.names) == 49
+    assert found.points[found.names.index("A1")].tolist() == pytest.approx([60.0, 60.0])
+    assert found.points[found.names.index("G1")].tolist() == pytest.approx([1210.0, 60.0])
     assert found.vehicles.sum() == 2.0 * len(names)
     assert found.delay.tolist() == pytest.approx([30.0] * len(found.delay))
-    few = zones(roads, places, od.head(20), on_earth=True)
+    # the layer has the same ends, names and sums
+    layer = od_lines_layer(roads, od)
+    assert set(layer["cell_m"]) == {200.0}
+    told = {(found.names[a], found.names[b]) for a, b in zip(*found[3:5], strict=True)}
+    assert told == set(zip(layer["origin"], layer["destination"], strict=True))
+    few = zones(roads, places, od.head(20))
     assert few.kind == "nodes"
+    zoned = replace(roads, nodes=nodes.assign(zone_id=[name[0] for name in names]))
+    by_zone = zones(zoned, places, od)
+    assert by_zone.kind == "zones of the network"
+    assert set(od_lines_layer(zoned, od)["origin"]) == set(by_zone.names)
 
 
 def test_without_the_library_the_message_says_what_to_install(

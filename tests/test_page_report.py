@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from conftest import REPOSITORY
 from page_parts import document
 from small_networks import demand, link, network
 from small_run import CONFIG, run_small, write_small_run
 
-from pipeline.config_file import load_config
-from pipeline.results_files import attribution
 from uxsim_geo import World, explore, simulate
 from uxsim_geo.settings import Settings
 
@@ -25,18 +22,12 @@ def test_a_run_writes_the_page_with_its_facts(tmp_path: Path) -> None:
     assert "<dt>duration s</dt><dd>1,200</dd>" in text
     assert "OpenStreetMap contributors, ODbL" not in text
     content = document(text)
-    assert content["start_ms"] == 1772605800000  # 06:30 UTC, 07:30 on the clock
-    assert content["offset_min"] == 60
+    assert content["spans"] == ["07:30–07:35", "07:35–07:40", "07:40–07:45", "07:45–07:50"]
     assert "Times are those of 4 March 2026, UTC+01:00." in text
     assert content["edges"] == [0, 300, 600, 900, 1200]
     assert content["links"]["ids"] == ["1-3", "3-4", "4-2"]
     assert content["zones"]["kind"] == "zones of the network"
     assert content["zones"]["vehicles"] == [100]
-
-
-def test_maps_of_openstreetmap_say_so() -> None:
-    config = load_config(REPOSITORY / "configs" / "osm_place.yaml")
-    assert attribution(config) == "© OpenStreetMap contributors, ODbL"
 
 
 def test_scripts_get_the_page_for_a_notebook(tmp_path: Path) -> None:

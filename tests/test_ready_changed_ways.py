@@ -22,6 +22,7 @@ from uxsim_geo.network.near_ways import regions_of, ways_around
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.settling import merge_within
+from uxsim_geo.network.squares import points_by_road
 from uxsim_geo.network.turn_graph import shortest, turn_graph
 
 #: such that single junctions change ways by more than is allowed
@@ -96,12 +97,24 @@ def test_what_the_notes_say_of_lengths_below_a_kilometre_holds(seed: int) -> Non
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_where_nodes_lie_need_not_be_known(seed: int) -> None:
-    """Then all is one region; the fastest ways around are then those of the whole."""
+    """Then regions go by what is near by road; the fastest ways around may be others."""
     steps = MergedSteps.of(find_junctions(whole(seed), SIZES))
     apart, _ = junctions_to_leave(steps, lambda _: None)
-    alone, _ = junctions_to_leave(replace(steps, points=None), lambda _: None)
+    length = steps.found.network.links["length"].to_numpy()[steps.link]
+    by_road = replace(steps, points=points_by_road(steps.graph.ends, length))
+    alone, _ = junctions_to_leave(by_road, lambda _: None)
     assert 0 < apart.sum() < len(apart)
     assert abs(int(apart.sum()) - int(alone.sum())) <= 2
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_each_junction_has_its_node_in_the_merged_network(seed: int) -> None:
+    found = find_junctions(whole(seed), SIZES)
+    before, steps = found.network.nodes["node_id"], MergedSteps.of(found)
+    after = merge_junctions(whole(seed), SIZES, Notes()).nodes
+    for one, row in zip(found.merged, steps.nodes().tolist(), strict=True):
+        ids = set(before.iloc[sorted(one.junction.nodes)])
+        assert set(after["merged_node_ids"].iloc[row].split()) == ids
 
 
 @pytest.mark.parametrize("seed", SEEDS)

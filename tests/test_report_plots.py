@@ -125,8 +125,8 @@ def test_all_wishes_in_vain_are_told_at_once_and_nothing_is_written(
         "links: at most 21 can be told apart (found '22')",
         "cell_m: makes more than 20,000,000 cells",
         "interval_s: is longer than the simulation, 1200 s",
-        "interval_s: makes more than 20,000 pictures; take 0.06 s or more",
-        "bin_s: makes more than 20,000 pictures; take 0.06 s or more",
+        "interval_s: makes more than 5,000 pictures; take 0.24 s or more",
+        "bin_s: makes more than 5,000 pictures; take 0.24 s or more",
     )
     assert len(errors) == len(expected)
     for line, words in zip(errors, expected, strict=True):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from small_run import run_small, write_small_run
@@ -21,10 +20,11 @@ def run(tmp_path: Path) -> Path:
     return tmp_path / "runs/small"
 
 
-def edit_manifest(run: Path, change: dict[str, Any]) -> None:
+def change_version(run: Path, library: str, version: str) -> None:
     path = run / "manifest.json"
     data = json.loads(path.read_text())
-    data["run"] |= change
+    for stage in data["stages"].values():
+        stage["versions"][library] = version
     path.write_text(json.dumps(data))
 
 
@@ -51,13 +51,13 @@ def test_the_configuration_beside_the_manifest_is_not_asked(run: Path) -> None:
 def test_what_is_no_longer_the_same_is_named(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     trips = run.parents[1] / "trips.tntp"
     trips.write_text(trips.read_text().replace("100.0", "50.0"))
-    edit_manifest(run, {"versions": {"numpy": "1.0"}})
+    change_version(run, "numpy", "1.0")
     assert repeat(run) == 1
     said = capsys.readouterr()
     assert "different: trips.parquet: is not the same\n" in said.err
     assert "network/links.parquet" not in said.err
     assert "trips.tntp: has changed since" in said.out
-    assert "numpy 1.0 then" in said.out
+    assert "made with numpy 1.0 (now " in said.out
 
 
 def test_summaries_are_equal_but_for_the_clock(

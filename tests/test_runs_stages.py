@@ -19,7 +19,7 @@ from small_run import write_small_run
 import uxsim_geo.version
 from pipeline import ingest, report, simulate, stages
 from pipeline.config_file import load_config
-from pipeline.progress import Silence, Terminal, bar_on
+from pipeline.progress import Lines, Pace, Silence, Terminal, bar_on
 from pipeline.runs import RunFolder
 from pipeline.stages import Run, Stage, Task
 from pipeline.verification import verify_run
@@ -69,6 +69,38 @@ def done(tmp_path: Path) -> Path:
     write_small_run(tmp_path)
     assert execute(tmp_path) == ["ingest", "simulate", "report"]
     return tmp_path
+
+
+def test_who_waits_long_for_a_film_knows_it_soon() -> None:
+    stream, now = StringIO(), [100.0]
+    lines = Lines(stream, Pace(lambda: now[0]))
+    # pictures of 2 s each, after a first one that took ten times as long
+    for picture in range(1, 1001):
+        now[0] += 20.0 if picture == 1 else 2.0
+        lines.drawn("long.gif", picture / 1000)
+    assert stream.getvalue().splitlines() == [
+        "  long.gif: 0 %, about 33 min to go",  # 996 pictures, known after 6 s
+        "  long.gif: 25 %, about 25 min to go",
+        "  long.gif: 50 %, about 17 min to go",
+        "  long.gif: 75 %, about 8 min to go",
+        "  long.gif: 100 %",
+    ]
+    assert Pace(lambda: now[0]).to_go("a.gif", 0.5) == ""
+    pace = Pace(lambda: now[0])
+    pace.to_go("b.gif", 0.001)
+    now[0] += 10.0
+    assert pace.to_go("b.gif", 0.002) == "about 2.8 h to go"
+
+
+def test_a_short_film_is_told_in_quarters_alone() -> None:
+    stream, now = StringIO(), [0.0]
+    lines = Lines(stream, Pace(lambda: now[0]))
+    for picture in range(1, 9):
+        now[0] += 1.0
+        lines.drawn("short.gif", picture / 8)
+    assert stream.getvalue().split() == [
+        part for share in ("25", "50", "75", "100") for part in ("short.gif:", share, "%")
+    ]
 
 
 def test_progress_fits_a_line_of_80_columns() -> None:

@@ -62,6 +62,7 @@ def write_collection(path: Path, url: str) -> None:
         f'url = "{url}/{{commit}}"',
         'citation = "Small Networks for Tests"',
         f'terms = "{TERMS}"',
+        f'credit = "Small Networks, {TERMS}"',
     ]
     for name, roles in (("Small-Town", ("net", "nodes", "trips")), ("Tripless", ("net",))):
         lines += [f"[networks.{name}]", f'about = "{name}, for tests"', 'note = "not to scale"']
@@ -386,6 +387,8 @@ def test_the_configuration_shown_runs_and_says_where_its_data_are_from(
     assert source["value"].iloc[1:].tolist() == hashes
     assert hashes == [hashlib.sha256(text.encode()).hexdigest() for text in FILES.values()]
     assert all(word in source["note"].iloc[0] for word in ("Small Networks", COMMIT, TERMS))
+    page = (tmp_path / "run/import_notes.html").read_text(encoding="utf-8")
+    assert f"Data: Small-Town: Small Networks, {TERMS}." in page
     assert len(server.asked) == 3
 
 
@@ -416,6 +419,12 @@ def test_a_run_fetches_by_itself_and_then_needs_no_network(
     assert again == first
     assert "ingest: up to date" in capsys.readouterr().err
     assert main(["verify", str(tmp_path / "run")]) == 0
+    # nor does it need what it has read: the run's own tables are there
+    shelf = tmp_path / "cache/tntp/Small-Town"
+    shelf.rename(tmp_path / "elsewhere")
+    assert run_of(tmp_path, told) == first
+    assert "its downloads are gone and could not be checked" in capsys.readouterr().err
+    (tmp_path / "elsewhere").rename(shelf)
     # a file changed since is not read
     net = tmp_path / "cache/tntp/Small-Town/net.tntp"
     net.write_text(NET.replace("1800", "1801"), encoding="utf-8")

@@ -11,32 +11,38 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.kept_states import LinkStates
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
+
+#: a table, or what one is made of
+States = pd.DataFrame | LinkStates
 
 GRID = ("link_id", "begin_s", "end_s")
 
 
 @dataclass(frozen=True)
 class StateGrid:
-    """States as :func:`uxsim_geo.analysis.link_states.link_times` gives them.
+    """States as :mod:`uxsim_geo.analysis.link_states` gives them.
 
     link_ids (text, as often as links), begin and end (of the bins, s)
     """
 
-    states: pd.DataFrame
+    states: States
     link_ids: pd.Index[str]
     begin: Floats
     end: Floats
 
     @classmethod
-    def of(cls, states: pd.DataFrame) -> StateGrid:
+    def of(cls, states: States) -> StateGrid:
         """Look at all bins of all links that the table names.
 
         Raises :class:`uxsim_geo.errors.InputError` if the rows are not those of every link in every
         bin, link by link.
         """
+        if isinstance(states, LinkStates):
+            return cls(states, states.ids[states.rows], states.edges[:-1], states.edges[1:])
         faults = Faults("states")
         for name in (name for name in GRID if name not in states.columns):
             faults.add("there is no such column: take what link_times returns", column=name)
@@ -55,7 +61,7 @@ class StateGrid:
         return cls(states, names[link[::bins]], begin[:bins], end[:bins])
 
     @classmethod
-    def of_all(cls, states: pd.DataFrame, network: Network) -> StateGrid:
+    def of_all(cls, states: States, network: Network) -> StateGrid:
         """As :meth:`of`; raises unless it holds all links of the network, in its order."""
         grid = cls.of(states)
         check_all_links(grid.link_ids, network, "states")
@@ -63,7 +69,16 @@ class StateGrid:
 
     def values(self, column: str) -> Floats:
         """A column of numbers; shape (links, bins)."""
+        if isinstance(self.states, LinkStates):
+            return self.states.values(column)
         return self.states[column].to_numpy(float).reshape(len(self.link_ids), -1)
+
+    def table_of(self, bins: slice) -> pd.DataFrame:
+        """The table of some of the bins, link by link."""
+        if isinstance(self.states, LinkStates):
+            return self.states.table(bins=bins)
+        rows = np.arange(len(self.states)).reshape(len(self.link_ids), -1)[:, bins]
+        return self.states.iloc[rows.ravel()].reset_index(drop=True)
 
     def rows_in(self, network: Network) -> Integers:
         """The row of each link in the network's table.

@@ -15,6 +15,7 @@ from uxsim_geo.demand.od_table import add_of_rows
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.projection import metres_around
 from uxsim_geo.network.rows import is_among
 
 Floats = npt.NDArray[np.float64]
@@ -104,7 +105,7 @@ def points_to_nodes(rows: pd.DataFrame, points: Points) -> tuple[pd.DataFrame, A
         ids[far] = [f"{x[row]:.9g} {y[row]:.9g}" for row in np.flatnonzero(far)]
         rows[end] = pd.Series(ids, index=rows.index, dtype="str")
         lost.extend(rows.loc[far, end].unique())
-        note = f"points as {end} are up to this far from their nodes, m"
+        note = f"points as {end} are not far from their nodes; value: m at most"
         notes.add("points", note, element="demand", value=float(distance[~far].max(initial=0.0)))
     nodes = access_of_nodes(points.network)
     known = nodes.zones.union(pd.Index(lost, dtype="str"), sort=False).unique()
@@ -153,7 +154,7 @@ def metric_crs(network: Network) -> Any:
     stretched = "Mercator" in method and "Transverse" not in method
     if own.is_projected and own.axis_info[0].unit_name == "metre" and not stretched:
         return own
-    return network.nodes.estimate_utm_crs()  # type: ignore[operator]  # a GeoDataFrame
+    return metres_around(network.nodes["geometry"])
 
 
 def node_metres(network: Network) -> Floats:

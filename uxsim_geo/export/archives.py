@@ -8,14 +8,15 @@ from pathlib import Path
 import pandas as pd
 
 from uxsim_geo.export.columns import LAYERS
+from uxsim_geo.export.layers import LinkTimes
 from uxsim_geo.export.run_layers import without_m
 from uxsim_geo.files import replace_when_complete
 from uxsim_geo.parquet import write_table
 
 
-def write_geoparquet(path: Path, layer: pd.DataFrame) -> None:
+def write_geoparquet(path: Path, layer: pd.DataFrame | LinkTimes) -> None:
     """One layer, with its CRS if it has geometry; coordinates keep z and m."""
-    write_table(layer, path)
+    write_table(layer.table() if isinstance(layer, LinkTimes) else layer, path)
 
 
 def write_flatgeobuf(path: Path, name: str, layer: pd.DataFrame) -> None:

@@ -70,6 +70,7 @@ LINK = (
     Column("from_node_id", "from node", "text", "where it begins"),
     Column("to_node_id", "to node", "text", "where it ends"),
     Column("name", "name", "text", "as in the source", "where the source has none"),
+    Column("ref", "road number", "text", "as `B 37`", "where the source has none"),
     Column("road_class", "road class", "text", "as in the source", "where the source has none"),
     Column("length_m", "length", "m", "length that vehicles drive; the drawn line may differ"),
     Column("lanes", "lanes", "–", "lanes of this direction"),
@@ -188,7 +189,8 @@ BIN = (
         "end",
         "to",
         "UTC",
-        "its end, one second before the next `begin`, so that a map shows one bin at a time",
+        "its end, one second before the next `begin`, so that a map shows one bin at a time; of a "
+        "bin of one second or less its `begin`",
     ),
 )
 
@@ -249,13 +251,16 @@ LINK_STATES = Layer(
 OD_LINES = Layer(
     "Desire lines",
     "Straight lines from where trips start to where they end, with all who wanted to go there. "
-    "Ends are nodes; where that makes more than 3,000 pairs, square cells of the map, as small as "
-    "leaves fewer, each at the mean place of those who start or end there (`uxsim-geo export "
-    "--table od` has the pairs of nodes). Trips within one end have a row without a line.",
+    "Ends are those of `report.html`: the network's zones, up to 400; else nodes, up to 150; else "
+    "squares of the map, as small as leaves 60, A1 in the south-west. Each lies at the mean place "
+    "of those who start or end there (`uxsim-geo export --table od` has the pairs of nodes). Trips "
+    "within one end have a row without a line.",
     (
-        Column("origin", "from", "text", "node_id, or the cell: its column and row in the grid"),
-        Column("destination", "to", "text", "node_id, or the cell"),
-        Column("cell_m", "size of cells", "m", "length of a cell's side", "where ends are nodes"),
+        Column("origin", "from", "text", "zone_id, node_id or name of the square"),
+        Column("destination", "to", "text", "zone_id, node_id or name of the square"),
+        Column(
+            "cell_m", "size of squares", "m", "length of a square's side", "where ends are none"
+        ),
         Column("beeline_m", "beeline", "m", "from end to end, straight", "without a CRS"),
         Column("demanded_veh", "demanded", "veh", "vehicles that wanted to go"),
         Column("departed_veh", "departed", "veh", "those whose wish fell into the run"),
@@ -320,8 +325,8 @@ IMPORT_NOTES = Layer(
             "text",
             "`info`, `warning`, or `doubt` of what looks wrong and was not changed",
         ),
-        Column("note", "note", "text", "a sentence"),
-        Column("value", "value", "text", "the figure in question", "where there is none"),
+        Column("note", "note", "text", "a sentence, with the figure in question and its unit"),
+        Column("value", "value", "text", "the figure alone", "where there is none"),
     ),
 )
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 ENDINGS = (".gif", ".mp4")
 DPI = 100
-MOST_PICTURES = 20_000  # over half an hour of 100 ms each, and hours to draw
+MOST_PICTURES = 5_000  # over eight minutes of 100 ms each; of a city half an hour and more to draw
 
 #: told which share of the pictures is done, 0 to 1
 Progress = Callable[[float], None]
@@ -83,17 +83,10 @@ def check_film(path: Path, frame_ms: float) -> None:
         raise InputError([Fault(what, column="frame_ms", value=frame_ms)])
 
 
-def add_clock(sheet: MapSheet) -> Any:
+def add_time(sheet: MapSheet) -> Any:
     """Add a text above the right end of the map, for the time."""
     style: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 13, "family": "monospace"}
     return sheet.axes.text(1.0, 1.01, "", transform=sheet.axes.transAxes, **style)
-
-
-def clock(time: float) -> str:
-    """A time in s as h:mm:ss, with tenths of a second where it is no whole number of seconds."""
-    seconds, tenths = divmod(round(10 * time), 10)
-    text = f"{seconds // 3600}:{seconds // 60 % 60:02}:{seconds % 60:02}"
-    return f"{text}.{tenths}" if tenths else text
 
 
 def _drawn(film: MovingMap, progress: Progress | None) -> Iterator[Picture]:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.types import Floats
-from uxsim_geo.network.units import TIMES
-
-ROADS = 8
+from uxsim_geo.export.clock import duration_in_words
+from uxsim_geo.export.lost_time import NONE, LostTime, in_words
+from uxsim_geo.export.street_names import street_names
 
 #: shares of these that lie where a map opens
 SHOWN = {"volume_veh": 0.96, "delay_veh_s": 0.98}
@@ -23,37 +24,36 @@ class Findings:
 
     words
         how many drove, how late they came: a sentence each
-    roads
-        those where most time is lost: name, veh·h
     begin, end
         of every bin, UTC; empty where there are no states in time
     lost
-        time lost in each bin by all, veh·h
+        time lost on links, in bins whose times count from the first one's begin; in one of no
+        meaning where there are no states in time
     """
 
     words: tuple[str, ...]
-    roads: tuple[tuple[str, float], ...]
     begin: tuple[pd.Timestamp, ...]
     end: tuple[pd.Timestamp, ...]
-    lost: tuple[float, ...]
+    lost: LostTime
 
     @classmethod
-    def of(cls, layers: Mapping[str, pd.DataFrame]) -> Findings:
+    def of(cls, layers: Mapping[str, Any]) -> Findings:
         """Look at ``links``, and at ``od_lines`` and ``link_times`` if they are there."""
         links = layers["links"]
         words, times = _words(layers.get("od_lines"), links), layers.get("link_times")
+        names = street_names(links)
         if times is None:
-            return cls(words, _roads(links), (), (), ())
-        bins = times.iloc[: len(times) // len(links)]
-        lost = times["delay_veh_s"].to_numpy(float).reshape(len(links), -1).sum(axis=0)
-        begin, end = (tuple(bins[name]) for name in ("begin", "end"))
-        return cls(words, _roads(links), begin, end, tuple((lost / TIMES["h"]).tolist()))
+            by_bin = links["delay_veh_s"].to_numpy(float)[:, None]
+            return cls(words, (), (), LostTime(names, by_bin, np.zeros(1), np.ones(1)))
+        begin, end = (tuple(times.bins[name]) for name in ("begin", "end"))
+        edges = [(moment - begin[0]).total_seconds() for moment in (*begin, after(end[-1]))]
+        lost = LostTime(names, times.delay(), np.array(edges[:-1]), np.array(edges[1:]))
+        return cls(words, begin, end, lost)
 
-    @property
-    def worst(self) -> int:
-        """The first bin in which most is lost, to one in a thousand: a gridlock stays as bad."""
-        lost = np.asarray(self.lost)
-        return int(np.argmax(lost >= 0.999 * lost.max()))
+
+def after(end: pd.Timestamp) -> pd.Timestamp:
+    """When a bin is over: its end in the layers is a second before."""
+    return end + pd.Timedelta(seconds=1)
 
 
 def extent_of_traffic(links: pd.DataFrame) -> tuple[float, float, float, float]:
@@ -94,18 +94,11 @@ def _percentile(values: Floats, weights: Floats, share: float) -> float:
     return float(values[order][min(np.searchsorted(until, share * until[-1]), len(order) - 1)])
 
 
-def _roads(links: pd.DataFrame) -> tuple[tuple[str, float], ...]:
-    """By name, those without one by their id; none of those that one decimal shows as 0."""
-    names = links["name"].astype("string")
-    names = names.where(names.fillna("") != "", "link " + links["link_id"].astype("string"))
-    lost = links["delay_veh_s"].groupby(names.to_numpy(), sort=False).sum() / TIMES["h"]
-    lost = lost[lost >= 0.05].sort_values(ascending=False, kind="stable").head(ROADS)
-    return tuple((str(name), float(value)) for name, value in lost.items())
-
-
 def _words(od: pd.DataFrame | None, links: pd.DataFrame) -> tuple[str, ...]:
     queue = links["queue_m"].max()
     longest = f"The longest queue at the end of a bin fills {queue:,.0f} m of a link."
+    if not queue >= 0.5:
+        longest = "No bin ends with a queue of a metre or more."
     if od is None:
         return (longest,)
     departed, arrived = od["departed_veh"].sum(), od["completed_veh"].sum()
@@ -113,8 +106,8 @@ def _words(od: pd.DataFrame | None, links: pd.DataFrame) -> tuple[str, ...]:
     spent = (od["travel_time_s"] * od["departed_veh"]).sum()
     if spent > 0:
         late = od["delay_veh_s"].sum()
-        words.append(
-            f"On average a trip took {spent / departed / 60:,.1f} min so far; "
-            f"{late / departed / 60:,.1f} min of it ({100 * late / spent:.0f} %) are delay."
-        )
+        mean = duration_in_words(late / departed)
+        delay = f"{mean} of it ({100 * late / spent:.0f} %) are delay"
+        took = f"On average a trip took {duration_in_words(spent / departed)} so far"
+        words.append(f"{took}; {delay if in_words(late) != NONE else 'none of it is delay'}.")
     return (*words, longest)

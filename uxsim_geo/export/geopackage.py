@@ -14,6 +14,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -43,19 +44,19 @@ class Contents:
     """What a GeoPackage holds.
 
     layers
-        tables by the names of their layers, GeoDataFrames where they have geometry
+        by name; tables, GeoDataFrames where they have geometry, and what ``in_time`` names
     words
         of all layers, views among them
     styles
         of all layers
     in_time
-        links in time bins: their table is that of ``layers`` by the name of the first view, and is
-        kept as a narrow one
+        links in time bins: :class:`uxsim_geo.export.geopackage_states.Times` among the layers, by
+        the name of the first view, that are kept as narrow tables
     project
         of QGIS; None where there is no map
     """
 
-    layers: Mapping[str, pd.DataFrame]
+    layers: Mapping[str, Any]
     words: Mapping[str, Layer]
     styles: Mapping[str, Sequence[NamedStyle]]
     in_time: Sequence[InTime] = ()
@@ -63,15 +64,13 @@ class Contents:
     types: Mapping[str, str] = field(default_factory=dict)
 
 
-def write_geopackage(
-    path: Path, layers: Mapping[str, pd.DataFrame], description: RunDescription
-) -> None:
+def write_geopackage(path: Path, layers: Mapping[str, Any], description: RunDescription) -> None:
     """Write the layers of a run with their words, styles, metadata and a QGIS project.
 
     ``layers`` by name, as :func:`uxsim_geo.export.layers.layers_of_run` makes them; ``links`` is
     needed. A network whose CRS is None is written as plane coordinates of an undefined system; one
     without geometry gives tables. The same input gives the same bytes: every time stamp in the file
-    is ``description.start``. The file replaces an existing one when it is complete.
+    is ``description.origin``. The file replaces an existing one when it is complete.
     """
     styles = styles_of(layers, description)
     in_time = (LINKS_IN_TIME,) if "link_times" in layers else ()
@@ -83,7 +82,7 @@ def write_geopackage(
 
 def write_contents(path: Path, contents: Contents, description: RunDescription) -> None:
     """Write layers with what belongs to them, as :func:`write_geopackage` does those of a run."""
-    stamp = pd.Timestamp(description.start).tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%S.000Z")
+    stamp = pd.Timestamp(description.origin).tz_convert("UTC").strftime("%Y-%m-%dT%H:%M:%S.000Z")
     with replace_when_complete(path) as temporary:
         with _time_stamps_of_gdal(stamp):
             _write_tables(temporary, contents)
@@ -105,15 +104,14 @@ def _write_tables(path: Path, contents: Contents) -> None:
             _write_layer(path, name, layer, contents)
     for names in contents.in_time:
         links, times = contents.layers[names.links], contents.layers[names.times]
-        _write_layer(path, names.values, values_of(times, len(links)), contents)
+        _write_values(path, names.values, values_of(times, len(links)))
 
 
 def _add_times(database: sqlite3.Connection, contents: Contents, stamp: str) -> None:
-    """The bins, which all have in common, and the views."""
-    for number, names in enumerate(contents.in_time):
-        if number == 0:
-            links = len(contents.layers[names.links])
-            add_bins(database, contents.layers[names.times], links)
+    """The bins of links in time, and their views."""
+    for names in contents.in_time:
+        links, times = contents.layers[names.links], contents.layers[names.times]
+        add_bins(database, names, times.bins, len(links))
         add_views(database, names, contents.words, stamp)
 
 
@@ -134,7 +132,7 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame, contents: Contents)
     import pyogrio
 
     spatial = "geometry" in layer.columns
-    options = {"ASPATIAL_VARIANT": "NOT_REGISTERED"}  # of the values that views are made from
+    options = {}
     if name in contents.words:
         options = {"DESCRIPTION": contents.words[name].title, "IDENTIFIER": name}
     if spatial and getattr(layer, "crs", None) is None:
@@ -155,6 +153,23 @@ def _write_layer(path: Path, name: str, layer: pd.DataFrame, contents: Contents)
             dataset_options={"VERSION": "1.3"},
             layer_options=options,
         )
+
+
+def _write_values(path: Path, name: str, parts: Iterator[pd.DataFrame]) -> None:
+    """A table that is not listed as a layer, of as many parts as there are, one in memory."""
+    import pyarrow as pa
+    import pyogrio
+
+    first = pa.RecordBatch.from_pandas(next(parts), preserve_index=False)
+    others = (pa.RecordBatch.from_pandas(part, first.schema, False) for part in parts)
+    pyogrio.write_arrow(
+        pa.RecordBatchReader.from_batches(first.schema, chain([first], others)),
+        path,
+        layer=name,
+        driver="GPKG",
+        append=True,
+        layer_options={"ASPATIAL_VARIANT": "NOT_REGISTERED"},
+    )
 
 
 def _add_fourth_coordinates(

@@ -11,8 +11,8 @@ entries; SQLite takes whichever condition serves a question best.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
@@ -22,7 +22,7 @@ from uxsim_geo.export.columns import EFFECTIVE_CAPACITY, LINK, Layer
 NOT_STORED = ("link_id", "begin", "end")  # but found by the views
 
 TIME_BINS = """
-    CREATE TABLE time_bins (
+    CREATE TABLE "{bins}" (
         bin INTEGER PRIMARY KEY NOT NULL,
         begin DATETIME NOT NULL,
         end DATETIME NOT NULL,
@@ -34,20 +34,32 @@ TIME_BINS = """
 VIEW = """
     CREATE VIEW "{name}" AS
     SELECT v.fid AS OGC_FID, {columns}
-    FROM time_bins AS b JOIN "{links}" AS l JOIN "{values}" AS v
+    FROM "{bins}" AS b JOIN "{links}" AS l JOIN "{values}" AS v
     ON v.fid BETWEEN b.first_fid AND b.last_fid
         AND v.link_fid = l.fid AND v.fid = b.first_fid + l.fid - 1
 """
 
 
+class Times(Protocol):
+    """Links by time as tables of some bins, which together may not fit in memory."""
+
+    @property
+    def bins(self) -> pd.DataFrame:
+        """Begin and end of every bin."""
+
+    def parts(self) -> Iterator[pd.DataFrame]:
+        """Tables of some bins after the other, all links of them, link by link."""
+
+
 class InTime(NamedTuple):
-    """Links in time bins: names of the layer of links, the table of values and the two views.
+    """Links in time bins: names of the layer of links, of the tables of values and bins, and views.
 
     of_link are columns of the links that the spatial view repeats.
     """
 
     links: str
     values: str
+    bins: str
     times: str
     states: str
     of_link: Sequence[str]
@@ -57,30 +69,31 @@ class InTime(NamedTuple):
 LINKS_IN_TIME = InTime(
     "links",
     "link_time_values",
+    "time_bins",
     "link_times",
     "link_states",
     tuple(column.name for column in (*LINK, EFFECTIVE_CAPACITY)),
 )
 
 
-def values_of(link_times: pd.DataFrame, links: int) -> pd.DataFrame:
-    """The numbers of the layer link_times, link by link, as rows bin by bin."""
-    bins = len(link_times) // links
-    order = np.arange(len(link_times)).reshape(links, bins).T.ravel()
-    values = link_times.drop(columns=list(NOT_STORED)).iloc[order].reset_index(drop=True)
-    values.insert(0, "link_fid", order // bins + 1)
-    return values
+def values_of(link_times: Times, links: int) -> Iterator[pd.DataFrame]:
+    """The numbers of the layer link_times in rows bin by bin, some bins at a time."""
+    for part in link_times.parts():
+        bins = len(part) // links
+        order = np.arange(len(part)).reshape(links, bins).T.ravel()
+        values = part.drop(columns=list(NOT_STORED)).iloc[order].reset_index(drop=True)
+        values.insert(0, "link_fid", order // bins + 1)
+        yield values
 
 
-def add_bins(database: sqlite3.Connection, link_times: pd.DataFrame, links: int) -> None:
-    """``time_bins``: those of ``link_times``, which has them for each link in the same order."""
-    bins = link_times.iloc[: len(link_times) // links]
+def add_bins(database: sqlite3.Connection, names: InTime, bins: pd.DataFrame, links: int) -> None:
+    """Begin and end of the bins, and which rows of the values are theirs."""
     begin, end = (
         bins[name].dt.strftime("%Y-%m-%dT%H:%M:%S.%f").str[:-3] + "Z" for name in ("begin", "end")
     )
-    database.execute(TIME_BINS)
+    database.execute(TIME_BINS.format(bins=names.bins))
     database.executemany(
-        "INSERT INTO time_bins VALUES (?, ?, ?, ?, ?)",
+        f'INSERT INTO "{names.bins}" VALUES (?, ?, ?, ?, ?)',
         [
             (number, first, last, number * links + 1, (number + 1) * links)
             for number, (first, last) in enumerate(zip(begin, end, strict=True))
@@ -106,7 +119,7 @@ def add_views(
         names.times: ["l.link_id", *times],
         names.states: [*of_link, *times, *(f'l."{name}"' for name in spatial or ())],
     }
-    tables = {"links": names.links, "values": names.values}
+    tables = {"links": names.links, "values": names.values, "bins": names.bins}
     for name, selected in columns.items():
         database.execute(VIEW.format(name=name, columns=", ".join(selected), **tables))
     _register(database, names, words, stamp)

@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.projection import metres_around
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class MapPlane:
     def of(cls, network: Network) -> MapPlane:
         """Project geographic coordinates to the UTM zone of the network, take others as they are.
 
-        Raises ValueError if the network has no geometry.
+        Near a pole, where there are no zones, the system is that of the pole. Raises ValueError if
+        the network has no geometry.
         """
         if "geometry" not in network.links.columns or "geometry" not in network.nodes.columns:
             raise ValueError("this network has no geometry: there is no map to draw")
@@ -46,8 +49,8 @@ class MapPlane:
         links = gpd.GeoSeries(network.links["geometry"], crs=getattr(network.links, "crs", None))
         nodes = gpd.GeoSeries(network.nodes["geometry"], crs=links.crs)
         if links.crs is not None and links.crs.is_geographic:
-            utm = links.estimate_utm_crs()
-            links, nodes = links.to_crs(utm), nodes.to_crs(utm)
+            metres = metres_around(nodes)
+            links, nodes = links.to_crs(metres), nodes.to_crs(metres)
         points = shapely.get_coordinates(nodes.to_numpy())
         scale = links.crs.axis_info[0].unit_conversion_factor if links.crs else None
         return cls(shapely.force_2d(links.to_numpy()), points, scale, links.crs)
@@ -61,14 +64,15 @@ class MapPlane:
         half = max(x1 - x0, y1 - y0, 1e-9) * 0.02
         return x0 - half, y0 - half, x1 + half, y1 + half
 
-    def to_the_right(self, distances: Floats) -> npt.NDArray[Any]:
-        """The lines moved to the right of their direction by map units, one distance a line.
+    def beside(self, distances: Floats, driving_side: DrivingSide) -> npt.NDArray[Any]:
+        """The lines moved to the side that is driven on by map units, one distance a line.
 
         A line too crooked to be moved in one piece stays where it is.
         """
         import shapely
 
-        moved = shapely.offset_curve(self.lines, -distances, join_style="mitre")
+        to_the_left = -distances if driving_side == "right" else distances
+        moved = shapely.offset_curve(self.lines, to_the_left, join_style="mitre")
         is_line = shapely.get_type_id(moved) == shapely.GeometryType.LINESTRING
         return np.where(is_line & ~shapely.is_empty(moved), moved, self.lines)
 

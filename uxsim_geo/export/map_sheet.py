@@ -8,7 +8,7 @@ overlap, on 24 links and on 20,000.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane, round_below
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ class MapSheet:
         map units in a typographic point, of which an inch has 72
     usual
         distance between two junctions, the median of the links, points
+    driving_side
+        the side of their road that links are drawn on
     """
 
     figure: Figure
@@ -56,12 +59,13 @@ class MapSheet:
     plane: MapPlane
     units_per_point: float
     usual: float
+    driving_side: DrivingSide = "right"
 
     @classmethod
-    def of(cls, network: Network, title: str) -> MapSheet:
+    def of(cls, network: Network, title: str, driving_side: DrivingSide = "right") -> MapSheet:
         """Lay out an empty map; raises ValueError if the network has no geometry."""
         plane = MapPlane.of(network)
-        return cls.around(plane, title, plane.extent)
+        return replace(cls.around(plane, title, plane.extent), driving_side=driving_side)
 
     @classmethod
     def around(
@@ -109,9 +113,9 @@ class MapSheet:
         return 0.75 * self.narrowest
 
     def beside(self, widths: Floats) -> npt.NDArray[Any]:
-        """Lines of the links so far to the right that ``widths`` (points) leave a gap between."""
+        """Lines of the links so far to their side that ``widths`` (points) leave a gap between."""
         gap = np.clip(0.03 * self.usual, 0.15, 0.7)
-        return self.plane.to_the_right((widths + gap) / 2 * self.units_per_point)
+        return self.plane.beside((widths + gap) / 2 * self.units_per_point, self.driving_side)
 
     def draw_roads(self, lines: npt.NDArray[Any]) -> None:
         """Draw shapely lines thin and grey below everything else."""

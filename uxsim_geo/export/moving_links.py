@@ -9,34 +9,39 @@ import pandas as pd
 
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.export.attribution import add_attribution
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.film import (
     MovingMap,
     Progress,
-    add_clock,
+    add_time,
     check_film,
     check_pictures,
-    clock,
     write_film,
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of, speed_scale
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 SHOWN_SHARES = (0.2, 0.5, 1.0)  # of jam density, in the legend
 
 
-def animate_links(
+def animate_links(  # noqa: PLR0913 -- what the film looks like, by keyword alone
     network: Network,
     states: pd.DataFrame,
     path: Path,
     *,
     frame_ms: float,
+    driving_side: DrivingSide = "right",
+    attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
     """Write a moving map with a picture a time bin: width is density, colour speed.
 
     ``states`` comes from :func:`uxsim_geo.analysis.link_states.link_times`; a link at jam density
     is as wide as a link can be, and the slowest lie on top. The ending of ``path`` is .gif or .mp4;
-    a picture lasts ``frame_ms``; ``progress`` is told the share that is done. Raises
+    a picture lasts ``frame_ms``; ``attribution`` is named at its foot; ``progress`` is told the
+    share that is done. Raises
     :class:`uxsim_geo.errors.InputError` for a film that cannot be written or states that are not
     those of all links in all bins, and ValueError if the network has no geometry.
     """
@@ -45,10 +50,11 @@ def animate_links(
     check_film(path, frame_ms)
     grid = StateGrid.of_all(states, network)
     check_pictures(len(grid.begin), "bin_s", float(grid.end[0] - grid.begin[0]))
-    sheet = MapSheet.of(network, "")
+    sheet = MapSheet.of(network, "", driving_side)
     roads = sheet.beside(np.full(len(sheet.plane.lines), sheet.widest))
     sheet.draw_roads(roads)
     sheet.draw_scale()
+    add_attribution(sheet.figure, attribution)
     share, percent = _shares(network, grid)
     begin, end = grid.begin, grid.end
     lines = points_of(roads)
@@ -57,7 +63,7 @@ def animate_links(
     sheet.axes.add_collection(traffic, autolim=False)
     sheet.colour_bar(traffic, "speed, % of free speed", format="%d")
     _draw_legend(sheet)
-    time = add_clock(sheet)
+    time, clock = add_time(sheet), Clock.of(None, [*begin, *end])
 
     def draw(number: int) -> None:
         slowest_last = np.argsort(-percent[:, number], kind="stable")
@@ -65,7 +71,7 @@ def animate_links(
         traffic.set_segments([lines[link] for link in used])
         traffic.set_linewidth(_widths(sheet, share[used, number]).tolist())
         traffic.set_array(percent[used, number])
-        time.set_text(f"{clock(begin[number])} to {clock(end[number])}")
+        time.set_text(clock.span(begin[number], end[number]))
 
     write_film(MovingMap(sheet, (traffic, time), draw, begin.size), path, frame_ms, progress)
 

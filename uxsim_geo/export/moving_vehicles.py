@@ -14,18 +14,20 @@ from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
+from uxsim_geo.export.attribution import add_attribution
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
 from uxsim_geo.export.film import (
     MovingMap,
     Progress,
-    add_clock,
+    add_time,
     check_film,
     check_pictures,
-    clock,
     write_film,
 )
 from uxsim_geo.export.map_sheet import INK, MapSheet, speed_scale
 from uxsim_geo.export.trails import trails
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -43,6 +45,8 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     *,
     frame_ms: float,
     trail: int = TRAIL,
+    driving_side: DrivingSide = "right",
+    attribution: str = "",
     progress: Progress | None = None,
 ) -> None:
     """Write a moving map with a picture a moment: a dot for every platoon, and a fading trail.
@@ -51,7 +55,8 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     within some hours, if only they are to be seen). The colour of a dot is its speed from then on,
     relative to free speed, that of a trail its speed until then. A trail is the exact way on the
     lines of the links over the last ``trail`` pictures; 0: none. The ending of ``path`` is .gif or
-    .mp4; a picture lasts ``frame_ms``; ``progress`` is told the share that is done.
+    .mp4; a picture lasts ``frame_ms``; ``attribution`` is named at its foot; ``progress`` is told
+    the share that is done.
 
     Without any sample the clock runs over the empty roads of the whole simulation.
 
@@ -62,10 +67,11 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     _check_trail(trail)
     number, moments = _moments(samples, passages.end)
     check_pictures(moments.size, "interval", samples.interval)
-    sheet = MapSheet.of(network, "")
+    sheet = MapSheet.of(network, "", driving_side)
     roads = sheet.beside(np.full(len(sheet.plane.lines), _dot_size(sheet)))
     sheet.draw_roads(roads)
     sheet.draw_scale()
+    add_attribution(sheet.figure, attribution)
     lines = LinkLines.of(roads)
     dots = _dots(sheet)
     places = _places(passages, samples, lines, number, moments.size)
@@ -73,7 +79,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
     rows = np.flatnonzero(np.isin(passages.vehicle, passages.vehicle[samples.row]))
     driven = trails(passages, lines, rows, moments)
     latest: deque[list[Floats]] = deque(maxlen=trail)
-    time = add_clock(sheet)
+    time, clock = add_time(sheet), Clock.of(None, moments)
     if samples.time.size:
         _draw_legend(sheet, passages, trail * samples.interval)
     else:
@@ -85,7 +91,7 @@ def animate_vehicles(  # noqa: PLR0913 -- what the film looks like, by keyword a
         offsets, percent = next(places)
         dots.set_offsets(offsets)
         dots.set_array(percent)
-        time.set_text(clock(moments[picture]))
+        time.set_text(clock.text(moments[picture]))
 
     film = MovingMap(sheet, (fading, dots, time), draw, moments.size)
     write_film(film, path, frame_ms, progress)

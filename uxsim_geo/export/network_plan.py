@@ -16,6 +16,7 @@ from uxsim_geo.export.map_sheet import (
     draw_named_nodes,
     points_of,
 )
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
@@ -28,9 +29,14 @@ LETTER = 0.55  # its width, of its height
 
 
 def network_figure(
-    network: Network, title: str, *, size: tuple[float, float] = (6.0, 6.0), font_size: float = 10.0
+    network: Network,
+    title: str,
+    *,
+    size: tuple[float, float] = (6.0, 6.0),
+    font_size: float = 10.0,
+    driving_side: DrivingSide = "right",
 ) -> Figure:
-    """Map of the bare network, each link to the right of its road and with an arrow.
+    """Map of the bare network, each link on the ``driving_side`` of its road and with an arrow.
 
     ``size`` in inches; ``font_size`` of names in points: 0 leaves them out, and so does a network
     of more than 60 nodes; a link that is shorter than its name goes without. Raises ValueError if
@@ -49,12 +55,13 @@ def network_figure(
     axes.set_axis_off()
     point = max((x1 - x0) / size[0], (y1 - y0) / (size[1] - 0.5)) * 1.06 / POINTS_PER_INCH
     usual = float(np.median(shapely.length(plane.lines))) / point
-    lines = plane.to_the_right(np.full(len(plane.lines), np.clip(0.06 * usual, 0.5, 3.5) * point))
+    aside = np.full(len(plane.lines), np.clip(0.06 * usual, 0.5, 3.5) * point)
+    lines = plane.beside(aside, driving_side)
     _draw_links(axes, lines, point, usual)
     if font_size > 0 and len(network.nodes) <= LABELLED_NODES:
         draw_named_nodes(axes, network, plane, point, 1.4 * font_size)
         # further out than the lines, so that the names of both directions can be read
-        beside = plane.to_the_right(np.full(len(lines), 0.9 * font_size * point))
+        beside = plane.beside(np.full(len(lines), 0.9 * font_size * point), driving_side)
         _name_links(axes, network, beside, point, 0.7 * font_size)
     else:
         x, y = plane.points.T

@@ -15,6 +15,7 @@ from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC
 from uxsim_geo.export.corridor import note_nobody
 from uxsim_geo.export.map_sheet import INK, MapSheet, legend_steps, points_of, speed_scale
+from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import PER_HOUR, PER_KM
 
@@ -23,24 +24,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def network_state_figure(
+def network_state_figure(  # noqa: PLR0913 -- words and side of the road by keyword alone
     network: Network,
     totals: pd.DataFrame,
     title: str,
     *,
     volume: str = "volume, veh",
     period: str = "over the run",
+    driving_side: DrivingSide = "right",
 ) -> Figure:
     """Map of the whole run: width is the volume, colour the mean speed relative to free speed.
 
     ``totals`` comes from :func:`uxsim_geo.analysis.link_states.link_totals`; where its volume or
     its speed are those of something else, ``volume`` and ``period`` say of what. Each link stands
-    to the right of its road, so that both directions show; the slowest lie on top. Raises
-    ValueError if the network has no geometry, and :class:`uxsim_geo.errors.InputError` unless the
-    totals are those of all its links.
+    on the ``driving_side`` of its road, so that both directions show; the slowest lie on top.
+
+    Raises ValueError if the network has no geometry, and :class:`uxsim_geo.errors.InputError`
+    unless the totals are those of all its links.
     """
     check_all_links(pd.Index(totals["link_id"].astype(str)), network, "totals")
-    sheet = MapSheet.of(network, title)
+    sheet = MapSheet.of(network, title, driving_side)
     vehicles = totals["volume"].to_numpy(float)
     sheet.draw_roads(sheet.plane.lines[vehicles == 0])
     traffic = _draw_traffic(sheet, network, totals)
@@ -52,7 +55,11 @@ def network_state_figure(
 
 
 def network_at_time_figure(
-    network: Network, states: pd.DataFrame, time: float, title: str
+    network: Network,
+    states: pd.DataFrame,
+    time: float,
+    title: str,
+    driving_side: DrivingSide = "right",
 ) -> Figure:
     """Map of the time bin in which ``time`` (s) lies, or of the last: width is vehicles on a link.
 
@@ -72,6 +79,7 @@ def network_at_time_figure(
         f"{title}: {begin:,.0f} to {end:,.0f} s",
         volume="vehicles on the link",
         period="in this time",
+        driving_side=driving_side,
     )
 
 
@@ -108,7 +116,7 @@ def mfd_figure(states: pd.DataFrame, title: str) -> Figure:
 
 
 def _draw_traffic(sheet: MapSheet, network: Network, totals: pd.DataFrame) -> LineCollection:
-    """Links with traffic to the right of their roads, the slowest on top."""
+    """Links with traffic beside the middle of their roads, the slowest on top."""
     from matplotlib.collections import LineCollection
 
     volume = totals["volume"].to_numpy(float)

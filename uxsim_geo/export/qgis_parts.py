@@ -14,6 +14,7 @@ from uxsim_geo.export.findings import Findings
 from uxsim_geo.export.qml import plain
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.styles import NamedStyle
+from uxsim_geo.network.projection import metres_around
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Ground:
         own = crs = getattr(links, "crs", None)
         if crs is not None and crs.is_geographic:
             # degrees would stretch the map, the more the further from the equator
-            crs = links.estimate_utm_crs()
+            crs = metres_around(links["geometry"])
             links = links.to_crs(crs)
         return cls(extent_of(links), crs, own)
 

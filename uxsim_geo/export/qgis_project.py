@@ -124,7 +124,7 @@ def _add_time(root: Element, findings: Findings) -> None:
     """The range of the Temporal Controller, and its step, a bin."""
     if not findings.begin:
         return
-    seconds = (findings.end[0] - findings.begin[0]).total_seconds() + 1
+    seconds = _step(findings)
     step = {"timeStep": f"{seconds:g}", "timeStepUnit": "s"}
     if seconds % 60 == 0:
         step = {"timeStep": f"{seconds / 60:g}", "timeStepUnit": "min"}
@@ -132,6 +132,13 @@ def _add_time(root: Element, findings: Findings) -> None:
     range_ = SubElement(SubElement(root, "ProjectTimeSettings", settings), "TemporalRange")
     SubElement(range_, "start").text = in_iso(findings.begin[0])
     SubElement(range_, "end").text = in_iso(findings.end[-1])
+
+
+def _step(findings: Findings) -> float:
+    """From bin to bin, s; of a single one what it lasts, a second more than to its end."""
+    if len(findings.begin) > 1:
+        return float((findings.begin[1] - findings.begin[0]).total_seconds())
+    return float((findings.end[0] - findings.begin[0]).total_seconds()) + 1.0
 
 
 def _add_properties(properties: Element, project: Project) -> None:

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.export.colours import NEUTRAL, SPEED_CLASSES
-from uxsim_geo.export.findings import Findings
+from uxsim_geo.export.lost_time import in_words
 from uxsim_geo.export.map_plane import round_below
 from uxsim_geo.export.qgis_parts import Project, add_tree_layer, as_label, in_iso
+from uxsim_geo.export.sheet_times import SheetTimes, streets_in_words
 from uxsim_geo.network.measure import distances
 
 PAGE, LEGEND, MAP, PICTURE, LABEL, SCALE_BAR = 65638, 65642, 65639, 65640, 65641, 65646
@@ -35,7 +36,8 @@ def add_sheet(layouts: Element, project: Project) -> None:
     sheet = SubElement(layouts, "Layout", layout)
     _add_item(SubElement(sheet, "PageCollection"), PAGE, _Place(0, 0, 297, 210))
     name, findings = project.description.name or "run", project.findings
-    _add_label(sheet, _Place(8, 6, 185, 9), name + _period(findings), 16, bold=True)
+    times = SheetTimes.of(project)
+    _add_label(sheet, _Place(8, 6, 185, 9), name + times.period, 16, bold=True)
     words = [*findings.words]
     if project.description.information.get("gridlocked") is True:
         words.append("Gridlock: vehicles wait for one another in circles and can never move again.")
@@ -46,40 +48,20 @@ def add_sheet(layouts: Element, project: Project) -> None:
     _add_label(sheet, _Place(8, 34, width, 5), caption, 8)
     _add_map(sheet, _Place(8, 39, width, 122), project, "whole run: speed")
     if in_time:
-        worst = findings.begin[findings.worst], findings.end[findings.worst]
-        caption = f"Most time is lost from {_time(worst[0])} to {_time(_after(worst[1]))} UTC. "
+        bin_ = findings.lost.worst_bin
+        worst = findings.begin[bin_], findings.end[bin_]
+        caption = f"{times.worst} "
         caption += "Width: share of the road that is taken."
         _add_label(sheet, _Place(151, 34, width, 5), caption, 8)
         _add_map(sheet, _Place(151, 39, width, 122), project, "in time: speed", worst)
-        _add_label(sheet, _Place(199, 5, 90, 5), "Time lost in each bin, vehicle-hours", 8)
-        _add_picture(sheet, _Place(199, 9, 90, 24), _chart(findings))
+        _add_label(sheet, _Place(199, 5, 90, 5), "Time lost on links in each bin", 8)
+        _add_picture(sheet, _Place(199, 9, 90, 24), _chart(times))
     _add_legend(sheet, _Place(8, 163, 60, 38), project)
     if project.crs is not None:
         _add_scale_bar(sheet, _Place(84, 188, 60, 12), project)
         _add_picture(sheet, _Place(88, 166, 10, 16), _north())
-    _add_label(sheet, _Place(151, 163, 138, 40), _roads(findings), 9)
+    _add_label(sheet, _Place(151, 163, 138, 40), streets_in_words(times), 9)
     _add_label(sheet, _Place(8, 203, 281, 4), _source(project), 7)
-
-
-def _period(findings: Findings) -> str:
-    if not findings.begin:
-        return ""
-    first, last = findings.begin[0], _after(findings.end[-1])
-    return f", {first:%Y-%m-%d}, {_time(first)} to {_time(last)} UTC"
-
-
-def _after(end: pd.Timestamp) -> pd.Timestamp:
-    """When a bin is over: its end in the file is a second before."""
-    return end + pd.Timedelta(seconds=1)
-
-
-def _time(time: pd.Timestamp) -> str:
-    return f"{time:%H:%M:%S}" if time.second else f"{time:%H:%M}"
-
-
-def _roads(findings: Findings) -> str:
-    lines = [f"{lost:,.1f} vehicle-hours  {name}" for name, lost in findings.roads]
-    return "\n".join(["Where most time is lost in the whole run:", *lines])
 
 
 def _source(project: Project) -> str:
@@ -241,25 +223,25 @@ def _north() -> Element:
     return svg
 
 
-def _chart(findings: Findings) -> Element:
+def _chart(times: SheetTimes) -> Element:
     """A bar a bin, the worst in the colour of standing traffic; times of three of them below."""
     svg = _svg(900, 240)
-    largest, bins = max(findings.lost), len(findings.lost)
-    step = 900 / bins
-    for number, lost in enumerate(findings.lost):
+    in_bins, worst = times.findings.lost.in_bins.tolist(), times.findings.lost.worst_bin
+    largest, step = max(in_bins), 900 / len(in_bins)
+    for number, lost in enumerate(in_bins):
         height = 170 * lost / largest if largest > 0 else 0.0
-        colour = SPEED_CLASSES[0].colour if number == findings.worst else NEUTRAL
+        colour = SPEED_CLASSES[0].colour if number == worst else NEUTRAL
         bar = {"x": f"{number * step:.2f}", "y": f"{200 - height:.2f}", "fill": colour}
         SubElement(svg, "rect", {**bar, "width": f"{0.9 * step:.2f}", "height": f"{height:.2f}"})
     SubElement(
         svg, "rect", {"x": "0", "y": "200", "width": "900", "height": "2", "fill": "#333333"}
     )
-    middle = (findings.worst + 0.5) * step
-    _write(svg, 0, 234, "start", _time(findings.begin[0]))
-    _write(svg, 900, 234, "end", _time(_after(findings.end[-1])))
-    if 130 < middle < 770:
-        _write(svg, middle, 234, "middle", _time(findings.begin[findings.worst]))
-    _write(svg, min(max(middle, 60), 840), 24, "middle", f"{largest:,.1f}")
+    middle, lost = (worst + 0.5) * step, times.findings.lost
+    _write(svg, 0, 234, "start", times.clock.text(0.0))
+    _write(svg, 900, 234, "end", times.clock.text(lost.end[-1]))
+    if 220 < middle < 680:
+        _write(svg, middle, 234, "middle", times.clock.text(lost.begin[worst]))
+    _write(svg, min(max(middle, 90), 810), 24, "middle", in_words(largest))
     return svg
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 
 from uxsim_geo.analysis.od import od_table
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.state_grid import States
 from uxsim_geo.export.columns import LAYERS
 from uxsim_geo.export.layers import (
-    link_times_layer,
+    LinkTimes,
     links_layer,
     nodes_layer,
     notes_layer,
@@ -29,11 +31,11 @@ ALWAYS = ("nodes", "links", "run_info")
 
 @dataclass(frozen=True)
 class Run:
-    """A finished simulation: ``states`` from ``link_times``, all links in all bins."""
+    """A finished simulation: ``states`` of all links in all bins."""
 
     network: Network
     result: Result
-    states: pd.DataFrame
+    states: States
     passages: Passages
 
 
@@ -42,23 +44,25 @@ def layers_of_run(
     description: RunDescription,
     wanted: Collection[str] = tuple(LAYERS),
     sample: Sample | None = None,
-) -> dict[str, pd.DataFrame]:
+) -> dict[str, Any]:
     """Tables by the names of their layers, GeoDataFrames where the network has geometry.
+
+    That of link_times is a :class:`uxsim_geo.export.layers.LinkTimes`, which makes it in parts.
 
     ``wanted`` beside those that every file has; ``sample`` says which trajectories. There are none
     without geometry. ``link_states`` comes with ``link_times``, as a view over it.
     """
-    network, start = run.network, description.start
-    makers = {
+    network, start = run.network, description.origin
+    makers: dict[str, Callable[[], Any]] = {
         "nodes": lambda: nodes_layer(network),
         "links": lambda: links_layer(network, run.states, description.reaction_time),
-        "link_times": lambda: link_times_layer(network, run.states, start),
+        "link_times": lambda: LinkTimes.of(network, run.states, start),
         "od_lines": lambda: od_lines_layer(network, od_table(run.result, network)),
         "trajectories": lambda: trajectories_layer(
             run.result, network, run.passages, sample or Sample(), start
         ),
         "import_notes": lambda: notes_layer(description.notes),
-        "run_info": lambda: run_info_layer(description.information),
+        "run_info": lambda: run_info_layer(description.run_info),
     }
     return {name: makers[name]() for name in names_of_layers(network, wanted)}
 

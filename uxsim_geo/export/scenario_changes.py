@@ -21,11 +21,18 @@ from uxsim_geo.network.network import Network
 
 @dataclass(frozen=True)
 class Edited:
-    """A scenario: its network, and its changes (line, edit, element, id, attribute, ...)."""
+    """A scenario: its network, and its changes of links, nodes and turns, and others.
+
+    changes
+        line (of the study; null: of the base), edit, element, id, attribute, before, after
+    others
+        element, id, what and edits of each: sums over what is nowhere on the map
+    """
 
     name: str
     network: Network
     changes: pd.DataFrame
+    others: pd.DataFrame
 
 
 #: kinds of changes of links with their colours, the first that fits a link is its own
@@ -70,8 +77,8 @@ NODE_CHANGES = Layer(
 )
 OTHER_CHANGES = Layer(
     "Other changes by scenario",
-    "A change that is nowhere on the map: of trips between two places, of settings.",
-    (Column("id", "what", "text", "pair of nodes, or key"), *_COMMON),
+    "What an edit changes that is nowhere on the map: of trips, of settings.",
+    (Column("id", "what", "text", "how many pairs of nodes, or which key"), *_COMMON),
 )
 
 
@@ -86,9 +93,10 @@ def write_scenario_changes(
     links = pd.concat([_links(base, one) for one in scenarios], ignore_index=True)
     nodes = pd.concat([_nodes(base, one) for one in scenarios], ignore_index=True)
     other = pd.concat([_other(one) for one in scenarios], ignore_index=True)
+    other = other.astype("str")
     crs = getattr(base.links, "crs", None)
     layers = {"changes": _spatial(links, crs), "changes_at_nodes": _spatial(nodes, crs)}
-    layers |= {"other_changes": other.drop(columns="geometry")}
+    layers |= {"other_changes": other}
     words = {
         "changes": LINK_CHANGES,
         "changes_at_nodes": NODE_CHANGES,
@@ -134,9 +142,8 @@ def _nodes(base: Network, scenario: Edited) -> pd.DataFrame:
 
 
 def _other(scenario: Edited) -> pd.DataFrame:
-    changes = scenario.changes[scenario.changes["element"].isin(("demand", "control", "setting"))]
-    table = _one_an_element(changes, scenario.name, lambda own: str(own["element"].iloc[0]))
-    return table.assign(geometry=None)
+    table = scenario.others.rename(columns={"element": "kind"}).assign(scenario=scenario.name)
+    return table[["id", *(column.name for column in _COMMON)]]
 
 
 def _one_an_element(changes: pd.DataFrame, scenario: str, kind_of: Any) -> pd.DataFrame:

@@ -16,7 +16,7 @@ from uxsim_geo.analysis.samples import check_step, numbered_from
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.trips import trip_summary
 from uxsim_geo.analysis.types import Floats, Integers
-from uxsim_geo.export.layers import clock
+from uxsim_geo.export.layers import instants
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import KMH
 from uxsim_geo.result import Result
@@ -203,8 +203,8 @@ def _attributes(
             "class": classes,
             "vehicles_veh": trips["vehicles"].to_numpy(np.int64),
             "status": trips["status"].astype(str),
-            "begin": clock(trips["enter_s"], start),
-            "end": clock(end, start),
+            "begin": instants(trips["enter_s"], start),
+            "end": instants(end, start),
             "distance_m": distance,
             "travel_time_s": trips["travel_time_so_far_s"],
             "delay_s": np.maximum(trips["delay_so_far_s"], 0.0),

@@ -44,13 +44,13 @@ class Seen:
     origins
         rows of places: nodes before junctions, and links from which some turn is banned there
     passed
-        which junctions are on the ways from each; (origins, junctions)
+        numbers of the junctions on the ways from each
     most
         by measure: m or s by which one of the ways below 1 km has changed most
     """
 
     origins: Rows
-    passed: Flags
+    passed: list[Rows]
     most: Costs
 
     @classmethod
@@ -61,7 +61,11 @@ class Seen:
         before[ends.start[np.isin(ends.end, junctions)]] = True
         origins = np.flatnonzero(np.append(before[ends.end[link]] & steps.held[link], before))
         most = {measure: np.zeros(len(origins)) for measure in REACH}
-        return cls(origins, np.zeros((len(origins), len(junctions)), dtype=bool), most)
+        return cls(origins, [np.empty(0, dtype=np.int32)] * len(origins), most)
+
+    def pass_some(self, junctions: Flags) -> Flags:
+        """Origins whose ways pass one of some junctions; (origins,)."""
+        return np.array([junctions[passed].any() for passed in self.passed], dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,8 @@ class Looked:
         own in junctions left apart, which are several nodes; (places,)
     alike
         places to which no step passes a junction; (places,)
+    least
+        room for the least cost to each node, infinite whenever it is not in use; (nodes + 1,)
     """
 
     steps: MergedSteps
@@ -88,6 +94,7 @@ class Looked:
     origins: Flags
     ends: Rows
     alike: Flags
+    least: Floats
 
     @classmethod
     def of(cls, steps: MergedSteps, apart: Flags) -> Looked:
@@ -108,7 +115,8 @@ class Looked:
         alike[steps.graph.after[steps.junction >= 0]] = False
         after = steps.after(apart)
         change = {measure: after[measure] - steps.before[measure] for measure in REACH}
-        return cls(steps, apart.copy(), after, change, origins, places, alike)
+        least = np.full(int(places.max(initial=-1)) + 2, np.inf)
+        return cls(steps, apart.copy(), after, change, origins, places, alike, least)
 
 
 def junctions_to_leave(steps: MergedSteps, tell: Callable[[float], None]) -> tuple[Flags, Seen]:
@@ -121,24 +129,25 @@ def junctions_to_leave(steps: MergedSteps, tell: Callable[[float], None]) -> tup
     apart = np.zeros(len(steps.found.merged), dtype=bool)
     seen = Seen.nothing(steps)
     regions = list(regions_of(steps.graph, steps.points, seen.origins, REACH[LENGTH]))
+    rows_of = [np.searchsorted(seen.origins, region.origins) for region in regions]
     fastest: list[float] = [SLOWEST] * len(regions)
     unseen, times = np.ones(len(seen.origins), dtype=bool), 0.0
     while unseen.any():
         looked = Looked.of(steps, apart)
         now = unseen & looked.origins[seen.origins]
         unseen &= ~now
-        more: set[int] = set()
+        more = np.zeros(len(apart), dtype=bool)
         for number, region in enumerate(regions):
-            rows = np.flatnonzero(now & np.isin(seen.origins, region.origins))
+            rows = rows_of[number][now[rows_of[number]]]
             if len(rows):
                 found, fastest[number] = _look(looked, region, (seen, rows), fastest[number])
-                more |= found
+                more[found] = True
             times += 1.0 / len(regions)
             tell(1.0 - 0.4**times)  # how often is not known before
-        if not len(more) and not now.any():
+        if not more.any() and not now.any():
             break
-        apart[sorted(more)] = True
-        unseen |= seen.passed[:, sorted(more)].any(axis=1)
+        apart |= more
+        unseen |= seen.pass_some(more)
     still = Looked.of(steps, apart).origins[seen.origins]
     for most in seen.most.values():
         most[~still] = 0.0
@@ -147,15 +156,15 @@ def junctions_to_leave(steps: MergedSteps, tell: Callable[[float], None]) -> tup
 
 def _look(
     looked: Looked, region: Region, whose: tuple[Seen, Rows], fastest: float
-) -> tuple[set[int], float]:
+) -> tuple[list[int], float]:
     """Look at the shortest ways from some origins, before and after.
 
     ``whose``: where to write what is seen, and its rows; ``fastest``: s per m of the fastest ways
     that were seen here. Returns the junctions that change ways too much, and the fastest.
     """
     seen, rows = whose
-    seen.passed[rows] = False
-    found: set[int] = set()
+    passed: list[list[Rows]] = [[] for _ in rows]
+    found: list[int] = []
     for measure, reach in REACH.items():
         seen.most[measure][rows] = 0.0
         costs = (looked.steps.before[measure], looked.after[measure])
@@ -164,11 +173,13 @@ def _look(
             if sign > 0 and measure == TIME:
                 fastest = min(fastest, *(_fastest(one, looked.steps) for one in ways))
             pace = 1.0 if measure == LENGTH else fastest
-            for row, one in zip(rows.tolist(), ways, strict=True):
-                seen.passed[row] |= _passed(looked, one)
+            for row, one, junctions in zip(rows.tolist(), ways, passed, strict=True):
+                junctions.append(_passed(looked, one))
                 near, way = _changed(looked, one, (measure, sign, pace))
                 seen.most[measure][row] = max(seen.most[measure][row], near)
-                found |= _greatest_part(looked, way, (measure, sign))
+                found += _greatest_part(looked, way, (measure, sign))
+    for row, junctions in zip(rows.tolist(), passed, strict=True):
+        seen.passed[row] = np.unique(np.concatenate(junctions))
     return found, fastest
 
 
@@ -181,7 +192,7 @@ def _changed(looked: Looked, ways: Ways, of: tuple[str, int, float]) -> tuple[fl
     measure, sign, pace = of
     change = sign * ways.sums(looked.change[measure])
     some = np.flatnonzero(change > HARDLY * pace)
-    some = some[_best(looked.ends[ways.place], ways.cost, some)]
+    some = some[_best(looked, ways, some)]
     if not len(some):
         return 0.0, []
     change = change[some]
@@ -200,30 +211,28 @@ def _fastest(ways: Ways, steps: MergedSteps) -> float:
     return float((ways.cost[far] / metres[far]).min()) if far.any() else SLOWEST
 
 
-def _passed(looked: Looked, ways: Ways) -> Flags:
-    """Which junctions are on ways; (junctions,)."""
-    passed = np.zeros(len(looked.apart) + 1, dtype=bool)
-    passed[looked.steps.junction[ways.step[1:]]] = True  # none is the last
-    return passed[:-1]
+def _passed(looked: Looked, ways: Ways) -> Rows:
+    """Numbers of the junctions on ways, once or more."""
+    junction = looked.steps.junction[ways.step[1:]]
+    return junction[junction >= 0].astype(np.int32)
 
 
-def _best(ends: Rows, cost: Floats, some: Rows) -> Flags:
-    """Which of some ways are the best of all to a node that is no merged junction.
-
-    ``ends``: row of the node at the end of each way, -1 where none counts.
-    """
-    node = ends[some]
+def _best(looked: Looked, ways: Ways, some: Rows) -> Flags:
+    """Which of some ways are the best of all to a node that is no merged junction."""
     if not len(some):
         return np.zeros(0, dtype=bool)
-    least = np.full(int(ends.max()) + 2, np.inf)
-    np.minimum.at(least, ends, cost)  # those of -1 are at the last place, of no node
-    return np.asarray((node >= 0) & (cost[some] <= least[node]))
+    ends, least = looked.ends[ways.place], looked.least
+    np.minimum.at(least, ends, ways.cost)  # those of -1 are at the last place, of no node
+    node = ends[some]
+    best = (node >= 0) & (ways.cost[some] <= least[node])
+    least[ends] = np.inf
+    return np.asarray(best)
 
 
-def _greatest_part(looked: Looked, way: list[int], of: tuple[str, int]) -> set[int]:
+def _greatest_part(looked: Looked, way: list[int], of: tuple[str, int]) -> list[int]:
     """Number of the merged junction that changes a way most; ``of``: measure, and 1 or -1."""
     measure, sign = of
     junction, error = looked.steps.junction, looked.steps.error[measure]
     merged = [step for step in way if junction[step] >= 0 and not looked.apart[junction[step]]]
     parts = [(round(sign * float(error[step]), 6), -int(junction[step])) for step in merged]
-    return {-max(parts)[1]} if parts else set()
+    return [-max(parts)[1]] if parts else []

@@ -16,7 +16,7 @@ import pandas as pd
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.files import replace_when_complete
-from uxsim_geo.network.text import read_bytes
+from uxsim_geo.network.text import read_text
 from uxsim_geo.network.tntp_rows import number
 
 #: in a column of numbers or ids these mean that there is no value
@@ -57,7 +57,7 @@ def read_csv_table(
     and so are columns without a name in which nothing stands. Rows of another width than the
     header and names that stand there twice are faults.
     """
-    text = _text(path, faults)
+    text = read_text(path, faults)
     if text is None:
         return None
     rows, lines = _rows(text, faults)
@@ -78,23 +78,6 @@ def read_csv_table(
     cells = zip(*cut, strict=True) if cut else ([] for _ in names)
     columns = {name: list(own) for name, own in zip(names, cells, strict=True) if name}
     return CsvTable(path, columns, lines)
-
-
-def _text(path: Path, faults: Faults) -> str | None:
-    data = read_bytes(path, faults)
-    if data is None:
-        return None
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line, byte = data[: error.start].count(b"\n") + 1, data[error.start]
-        faults.add(f"is not text in UTF-8 (byte 0x{byte:02x}): save it as UTF-8", line=line)
-        return None
-    if "\0" in text:
-        line = text[: text.index("\0")].count("\n") + 1
-        faults.add("is a binary file, a table was expected", line=line)
-        return None
-    return text
 
 
 def _rows(text: str, faults: Faults) -> tuple[list[list[str]], list[int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from uxsim_geo.network.headings import BEFORE, in_plane
 from uxsim_geo.network.incidence import Ends, Flags, Floats, Rows, rank_of
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import numbers
+from uxsim_geo.network.squares import SHORTEST, shortest_roads
 
 #: m, within which another link must lie ahead of the end; and one of the same name
 AHEAD, AHEAD_OF_ITSELF = 10.0, 20.0
@@ -27,12 +29,6 @@ SIDEWAYS = 45.0
 
 #: m: a place that one can drive to in this way needs no connection
 WAY_ROUND = 200.0
-
-#: m: shorter links, and those of no known length, are taken to be so long
-SHORTEST = 1e-3
-
-#: ends whose ways are searched together: memory for so many times all nodes
-AT_ONCE = 64
 
 
 @dataclass(frozen=True)
@@ -160,30 +156,40 @@ def _ways_round(network: Network, ends: Ends, gaps: Gaps, places: Floats) -> Flo
 
     ``places``: share of the link before the place. Infinite beyond :data:`WAY_ROUND`.
     """
-    from scipy.sparse.csgraph import dijkstra
-
-    # to a sparse graph a length of 0 would be no link at all
     length = np.maximum(np.nan_to_num(numbers(network.links["length"])), SHORTEST)
-    roads = _roads(ends, length)
+    roads = shortest_roads(ends, length)
+    around = _Neighbours((roads + roads.T).tocsr())
+    before = places * length[gaps.link]
     found = np.full(len(gaps.node), np.inf)
-    for first in range(0, len(found), AT_ONCE):
-        part = slice(first, first + AT_ONCE)
-        away = dijkstra(roads, directed=False, indices=gaps.node[part], limit=WAY_ROUND)
-        row, link = np.arange(len(away)), gaps.link[part]
-        before = places[part] * length[link]
-        to_start = away[row, ends.start[link]] + before
-        to_end = away[row, ends.end[link]] + length[link] - before
-        found[part] = np.minimum(to_start, to_end)
+    for row, (node, link) in enumerate(zip(gaps.node.tolist(), gaps.link.tolist(), strict=True)):
+        away = around.within(node, WAY_ROUND)
+        to_start = away.get(int(ends.start[link]), np.inf) + before[row]
+        to_end = away.get(int(ends.end[link]), np.inf) + length[link] - before[row]
+        found[row] = min(to_start, to_end)
     return found
 
 
-def _roads(ends: Ends, length: Floats) -> Any:
-    """The shortest link between any two nodes, as a sparse matrix."""
-    from scipy.sparse import csr_array
+class _Neighbours:
+    """Nodes and the metres to their neighbours: what is near is found without a look at the rest.
 
-    low, high = np.minimum(ends.start, ends.end), np.maximum(ends.start, ends.end)
-    order = np.lexsort((length, high, low))
-    pair = (low * ends.nodes + high)[order]
-    shortest = order[np.flatnonzero(np.diff(pair, prepend=-1))]
-    data = (length[shortest], (low[shortest], high[shortest]))
-    return csr_array(data, shape=(ends.nodes, ends.nodes))
+    ``roads``: a sparse matrix with the metres between any two neighbours, from both sides.
+    """
+
+    def __init__(self, roads: Any) -> None:
+        self._first, self._node, self._metres = roads.indptr, roads.indices, roads.data
+
+    def within(self, node: int, most: float) -> dict[int, float]:
+        """Metres from a node to all that are not further away than ``most`` (Dijkstra)."""
+        found: dict[int, float] = {}
+        unfinished = [(0.0, node)]
+        while unfinished:
+            metres, here = heappop(unfinished)
+            if here in found:
+                continue
+            found[here] = metres
+            roads = slice(self._first[here], self._first[here + 1])
+            onward = zip(self._node[roads].tolist(), self._metres[roads].tolist(), strict=True)
+            for other, more in onward:
+                if metres + more <= most and other not in found:
+                    heappush(unfinished, (metres + more, other))
+        return found

@@ -43,6 +43,37 @@ class Turns:
     back: Flags
 
 
+@dataclass(frozen=True)
+class Grouped:
+    """Rows grouped by a number that each has, 0 and up.
+
+    rows
+        sorted by their number, as they were among those of one number; (rows,)
+    first
+        where those of each number begin; (numbers + 1,)
+    """
+
+    rows: Rows
+    first: Rows
+
+    @classmethod
+    def of(cls, number: Rows, numbers: int) -> Grouped:
+        """Group rows by their numbers, which are below ``numbers``."""
+        rows = np.argsort(number, kind="stable")
+        return cls(rows, np.searchsorted(number[rows], np.arange(numbers + 1)))
+
+    def rows_of_one(self, number: int) -> Rows:
+        """Rows of one number."""
+        return self.rows[self.first[number] : self.first[number + 1]]
+
+    def rows_of(self, some: Rows) -> Rows:
+        """Rows of some numbers, those of one number after those of the one before."""
+        first, size = self.first[some], self.first[some + 1] - self.first[some]
+        before = np.cumsum(size) - size
+        rows: Rows = self.rows[np.arange(int(size.sum())) + np.repeat(first - before, size)]
+        return rows
+
+
 def ends_of(network: Network) -> Ends:
     """Rows of the end nodes of each link; ids are taken to be known (see ``check_network``)."""
     ids = pd.Index(network.nodes["node_id"])

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pandas as pd
 
+from uxsim_geo.network.bans import VIA_COLUMN, ban_paths
 from uxsim_geo.network.incidence import Flags, Rows
 from uxsim_geo.network.network import Network
 
@@ -24,12 +25,9 @@ def movements_of_joined(
     gone = set(network.nodes["node_id"][joined])
     start = network.links["from_node_id"].tolist()
     names, chain = ids.tolist(), number.tolist()
-    has_via = "via_link_ids" in movements
-    via = movements["via_link_ids"].fillna("") if has_via else [""] * len(movements)
     kept, paths = [], []
-    columns = (movements["from_link_id"], via, movements["to_link_id"])
-    for place, (first, between, last) in enumerate(zip(*columns, strict=True)):
-        rows = [row[link_id] for link_id in (first, *between.split(), last)]
+    for place, ban in enumerate(ban_paths(movements)):
+        rows = [row[link_id] for link_id in ban]
         turns = [(chain[one], chain[other], start[other] in gone) for one, other in pairwise(rows)]
         if any(one != other and at_gone for one, other, at_gone in turns):
             continue
@@ -39,7 +37,7 @@ def movements_of_joined(
     table = movements.iloc[kept].reset_index(drop=True)
     table["from_link_id"] = pd.Series([path[0] for path in paths], dtype="str")
     table["to_link_id"] = pd.Series([path[-1] for path in paths], dtype="str")
-    if has_via:
+    if VIA_COLUMN in movements:
         between = [" ".join(path[1:-1]) or None for path in paths]
-        table["via_link_ids"] = pd.Series(between, dtype="str")
+        table[VIA_COLUMN] = pd.Series(between, dtype="str")
     return table, len(movements) - len(kept)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import pandas as pd
-
+from uxsim_geo.network.bans import beginning_after
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.paths import banned_paths
 
 #: rows of links, the last being the one that one is on
 Path = tuple[int, ...]
@@ -33,9 +33,7 @@ class LongBans:
     @classmethod
     def of(cls, network: Network) -> LongBans:
         """The bans of a network that name links between."""
-        row = {link_id: row for row, link_id in enumerate(network.links["link_id"])}
-        paths = ban_paths(network.movements)
-        bans = frozenset(tuple(row[name] for name in path) for path in paths if len(path) > 2)
+        bans = frozenset(path for path in banned_paths(network) if len(path) > 2)
         of_link: dict[int, list[Path]] = {}
         for ban in sorted(bans):
             for link in ban:
@@ -47,15 +45,5 @@ class LongBans:
         """The state on a link that one comes to from a state; None if a ban says no."""
         if not self.bans:
             return (link,)
-        behind = [(*state, link)[cut:] for cut in range(len(state))]
-        if not self.bans.isdisjoint(behind):
-            return None
-        return next((tail for tail in behind if tail in self.states), (link,))
-
-
-def ban_paths(movements: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Ids of the links that each ban names, from the first to the last."""
-    has_via = "via_link_ids" in movements
-    via = movements["via_link_ids"].fillna("") if has_via else [""] * len(movements)
-    columns = (movements["from_link_id"], via, movements["to_link_id"])
-    return [(first, *between.split(), last) for first, between, last in zip(*columns, strict=True)]
+        behind = beginning_after((*state, link), self.bans, self.states)
+        return None if behind is None else behind or (link,)

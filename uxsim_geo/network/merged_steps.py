@@ -18,6 +18,7 @@ from uxsim_geo.network.junctions import Found, merged_of
 from uxsim_geo.network.merged_tables import lengths_and_speeds
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import numbers
+from uxsim_geo.network.squares import points_by_road
 from uxsim_geo.network.turn_graph import TurnGraph, turn_graph
 
 #: by measure: m or s of each step, or of each link
@@ -31,7 +32,8 @@ class MergedSteps:
     found
         the junctions, in the network before
     points
-        x and y of the nodes of the merged network, m; None where they are not known; (nodes, 2)
+        x and y of the nodes of the merged network, m; where that is not known, such as
+        :func:`points_by_road` gives; (nodes, 2)
     link
         row there of each link of the merged network; (links,)
     held
@@ -46,7 +48,7 @@ class MergedSteps:
 
     found: Found
     graph: TurnGraph
-    points: Floats | None
+    points: Floats
     link: Rows
     held: Flags
     junction: Rows
@@ -73,6 +75,8 @@ class MergedSteps:
         before[TIME] = (length / speed)[after] + within[TIME]
         junction = table[:, 0].astype(np.int64)
         points = metric_points(merged)
+        if points is None:
+            points = points_by_road(graph.ends, length[link])
         turns = turns_of(merged, graph.ends)
         held = np.zeros(len(link), dtype=bool)
         held[turns.before[turns.banned & ~turns.back]] = True
@@ -102,10 +106,11 @@ class MergedSteps:
 
     def nodes(self) -> Rows:
         """Row in the merged network of the node of each junction; (junctions,)."""
-        passing = np.flatnonzero(self.junction >= 0)
-        nodes = np.empty(len(self.found.merged), dtype=np.int64)
-        before = self.graph.link[self.graph.before[passing]]
-        nodes[self.junction[passing]] = self.graph.ends.end[before]
+        row = np.full(len(self.found.network.links), -1)
+        row[self.link] = np.arange(len(self.link))
+        # of each junction a link out of it, which is there also where no step passes it
+        exits = np.array([min(one.junction.exits) for one in self.found.merged], dtype=np.int64)
+        nodes: Rows = self.graph.ends.start[row[exits]]
         return nodes
 
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.network.bans import ban_paths
 from uxsim_geo.network.incidence import Floats, Rows, rank_of
 from uxsim_geo.network.inner_paths import Streets
-from uxsim_geo.network.long_bans import ban_paths
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import numbers
 

@@ -11,11 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from uxsim_geo.network.incidence import Flags, Floats, Rows
+from uxsim_geo.network.incidence import Flags, Floats, Grouped, Rows
+from uxsim_geo.network.squares import squares
 from uxsim_geo.network.turn_graph import TurnGraph
 
 #: m: origins within a square of this size have one region
 CELL = 2000.0
+
+#: ways that are searched together: origins times places, each taking 12 bytes
+AT_ONCE = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -88,27 +92,21 @@ class Ways:
         return found
 
 
-def regions_of(
-    graph: TurnGraph, points: Floats | None, origins: Rows, reach: float
-) -> Iterator[Region]:
+def regions_of(graph: TurnGraph, points: Floats, origins: Rows, reach: float) -> Iterator[Region]:
     """Part origins by where they lie, each part with what is nearer to it than ``reach``, m.
 
-    ``points``: x and y of each node; None, where they are not known: all is one region.
-    ``origins``: rows of places, a link standing for those who have come along it.
+    ``points``: x and y of each node. ``origins``: rows of places, a link standing for those who
+    have come along it.
     """
     ends = np.concatenate([graph.ends.end[graph.link], np.arange(graph.ends.nodes)])
-    steps = np.lexsort((graph.after, graph.before))
-    if points is None or not len(origins):
-        yield Region.of(graph, origins, np.arange(len(ends)), steps)
-        return
-    at = points[ends[origins]]
-    _, cell = np.unique(np.floor(at / CELL), axis=0, return_inverse=True)
-    for number in range(int(cell.max()) + 1):
-        here = cell.ravel() == number
-        low, high = at[here].min(axis=0) - reach, at[here].max(axis=0) + reach
-        inside = ((points >= low) & (points <= high)).all(axis=1)[ends]
-        within = inside[graph.before[steps]] & inside[graph.after[steps]]
-        yield Region.of(graph, origins[here], np.flatnonzero(inside), steps[within])
+    at_node, of_place = Grouped.of(ends, graph.ends.nodes), Grouped.of(graph.before, len(ends))
+    for part, nodes in squares(points, ends[origins], CELL, reach):
+        places = np.sort(at_node.rows_of(nodes))
+        steps = of_place.rows_of(places)
+        at = np.minimum(np.searchsorted(places, graph.after[steps]), len(places) - 1)
+        steps = steps[places[at] == graph.after[steps]]
+        order = np.lexsort((graph.after[steps], graph.before[steps]))
+        yield Region.of(graph, origins[part], places, steps[order])
 
 
 def ways_around(
@@ -122,16 +120,16 @@ def ways_around(
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
-    if not len(origins):
-        return
     (cost, limit), number = costs, len(region.places)
     steps = csr_array((cost[region.steps], (region.before, region.after)), shape=(number, number))
-    starts = np.searchsorted(region.places, origins)
-    found, previous = dijkstra(steps, indices=starts, limit=limit, return_predecessors=True)
     keys = region.before * number + region.after
     one_step = alike[region.places]
-    for start, least, before in zip(starts.tolist(), found, previous, strict=True):
-        yield _ways(region, start, (least, before), (keys, one_step))
+    starts, together = np.searchsorted(region.places, origins), max(AT_ONCE // number, 1)
+    for first in range(0, len(starts), together):
+        some = starts[first : first + together]
+        found, previous = dijkstra(steps, indices=some, limit=limit, return_predecessors=True)
+        for start, least, before in zip(some.tolist(), found, previous, strict=True):
+            yield _ways(region, start, (least, before), (keys, one_step))
 
 
 def _ways(region: Region, start: int, tree: tuple[Floats, Rows], which: tuple[Rows, Flags]) -> Ways:

@@ -81,7 +81,7 @@ def blocked_turns(closed: Ids, junctions: Junctions) -> dict[tuple[int, int], in
     turns = {}
     for node in _within(closed, junctions.file, junctions.sections).tolist():
         onward = junctions.from_node(node)
-        for before in np.flatnonzero(junctions.links.end == node).tolist():
+        for before in junctions.to_node(node):
             for after in onward:
                 if not junctions.back(before, after):
                     turns[before, after] = int(junctions.file.node_ids[node])

@@ -31,6 +31,9 @@ MOST_NODES = 100_000
 #: osmium's coordinates of a node without a place
 NOWHERE = 2**31 - 1
 
+#: less than any version
+UNSEEN = -1
+
 #: coordinates are whole numbers of so many parts of a degree
 PER_DEGREE = 1e7
 
@@ -85,16 +88,54 @@ class OsmFile:
 
 @dataclass
 class _Found:
-    """What the passes find: by id, with the version in front, so that the newest of several stays.
+    """What the first pass finds: by id, with the version in front: the newest of several stays.
 
-    ways: version, why it is no road (or empty), nodes, tags; restrictions: version, relation;
-    nodes: version, x, y.
+    ways: version, why it is no road (or empty), nodes, tags; restrictions: version, relation.
     """
 
     ways: dict[int, tuple[int, str, array[int], dict[str, str]]] = field(default_factory=dict)
     restrictions: dict[int, tuple[int, Restriction]] = field(default_factory=dict)
-    nodes: dict[int, tuple[int, int, int]] = field(default_factory=dict)
-    node_tags: dict[int, Tags] = field(default_factory=dict)
+
+
+class _Ways:
+    """Ways that are roads, sorted by id, as in :class:`OsmFile`, and what is kept of the others.
+
+    ``found`` is emptied: names of nodes take most of the memory, and are not needed twice.
+    """
+
+    def __init__(self, found: _Found) -> None:
+        dropped = {way_id: way[1] for way_id, way in found.ways.items() if way[1]}
+        self.dropped, self.dropped_ids = Counter(dropped.values()), frozenset(dropped)
+        others = array("q")
+        for way_id in dropped:
+            others.extend(found.ways.pop(way_id)[2])
+        ids = sorted(found.ways)
+        counts = [len(found.ways[way_id][2]) for way_id in ids]
+        self.tags: list[Tags] = [found.ways[way_id][3] for way_id in ids]
+        refs = array("q")
+        for way_id in ids:
+            refs.extend(found.ways.pop(way_id)[2])
+        self.ids, self.refs = np.array(ids, dtype=np.int64), np.array(refs, dtype=np.int64)
+        self.first = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
+        self.nodes = np.unique(self.refs)
+        #: at which a road meets a way that is none: a path, steps, a way of another class
+        self.nodes_of_others = np.intersect1d(self.nodes, np.array(others, dtype=np.int64))
+
+
+class _Nodes:
+    """What the second pass finds of the nodes with some ids (sorted): place and tags.
+
+    row: of each id; version, x, y: one a node, the version :data:`UNSEEN` where the file has none;
+    tags: by id; number: how many the file has.
+    """
+
+    def __init__(self, ids: Ids) -> None:
+        self.ids = ids
+        self.row = {node_id: row for row, node_id in enumerate(ids.tolist())}
+        self.version = array("q", [UNSEEN]) * len(ids)
+        self.x, self.y = (array("i", [0]) * len(ids) for _ in "xy")
+        self.tags: dict[int, Tags] = {}
+        self.number = 0
 
 
 def read_osm_file(
@@ -119,13 +160,17 @@ def read_osm_file(
     found = _Found()
     try:
         _read_ways(source, reason_to_drop, found)
-        _read_nodes(source, found, progress)
+        progress(0.5)
+        ways = _Ways(found)
+        nodes = _Nodes(ways.nodes)
+        _read_nodes(source, nodes, progress)
     except UnicodeDecodeError:
         faults.add("has text that is not UTF-8")
     except (RuntimeError, OSError, ValueError, MemoryError, osmium.InvalidLocationError) as error:
         faults.add(f"cannot be read, it is damaged or cut off: {error}")
     faults.raise_if_any()
-    return _as_arrays(found)
+    restrictions = [found.restrictions[key][1] for key in sorted(found.restrictions)]
+    return _as_arrays(ways, nodes, restrictions)
 
 
 def _read_ways(source: File, reason_to_drop: Callable[[Tags], str | None], found: _Found) -> None:
@@ -177,72 +222,57 @@ def _rank(version: int, relation: Restriction) -> tuple[object, ...]:
     return version, sorted(relation.tags.items()), relation.members
 
 
-def _read_nodes(source: File, found: _Found, progress: Callable[[float], None]) -> None:
+def _read_nodes(source: File, nodes: _Nodes, progress: Callable[[float], None]) -> None:
     """Places and tags of the nodes that ways name.
 
     Osmium's own filter by ids is faster, but takes 400 MB whatever the file, and no negative ids.
     """
     import osmium
 
-    progress(0.5)
-    wanted = {ref for _, reason, refs, _ in found.ways.values() if not reason for ref in refs}
     for node in osmium.FileProcessor(source, osmium.osm.NODE):
-        if node.id not in wanted:
+        row = nodes.row.get(node.id)
+        if row is None:
             continue
         assert isinstance(node, osmium.osm.Node)
         if not node.deleted:
-            _add_node(node, found)
-        if len(found.nodes) % 50_000 == 0:
-            progress((1.0 + len(found.nodes) / len(wanted)) / 2)
+            _add_node(node, row, nodes)
+        if nodes.number % 50_000 == 0:
+            progress((1.0 + nodes.number / len(nodes.ids)) / 2)
 
 
-def _add_node(node: Node, found: _Found) -> None:
+def _add_node(node: Node, row: int, nodes: _Nodes) -> None:
     location, tags = node.location, node.tags
     place = (node.version, location.x, location.y)
-    known = found.nodes.get(node.id)
-    if location.x == location.y == NOWHERE or (known is not None and known > place):
+    known = (nodes.version[row], nodes.x[row], nodes.y[row])
+    if location.x == location.y == NOWHERE or known > place:
         return
     if not location.valid():
         where = f"{location.x / PER_DEGREE:g}, {location.y / PER_DEGREE:g}"
         raise ValueError(f"node {node.id} is at {where}, beyond 180 or 90 degrees")
     told = {tag.k: tag.v for tag in tags} if any(key in tags for key in NODE_TAGS) else {}
-    if known == place and sorted(found.node_tags.get(node.id, {}).items()) > sorted(told.items()):
+    if known == place and sorted(nodes.tags.get(node.id, {}).items()) > sorted(told.items()):
         return
-    found.nodes[node.id] = place
-    found.node_tags.pop(node.id, None)
+    nodes.number += known[0] == UNSEEN
+    nodes.version[row], nodes.x[row], nodes.y[row] = place
+    nodes.tags.pop(node.id, None)
     if told:
-        found.node_tags[node.id] = told
+        nodes.tags[node.id] = told
 
 
-def _as_arrays(found: _Found) -> OsmFile:
-    way_ids = sorted(way_id for way_id, way in found.ways.items() if not way[1])
-    counts = [len(found.ways[way_id][2]) for way_id in way_ids]
-    refs = array("q")
-    for way_id in way_ids:
-        refs.extend(found.ways[way_id][2])
-    node_ids = np.array(sorted(found.nodes), dtype=np.int64)
-    places = [found.nodes[node_id] for node_id in node_ids.tolist()]
-    dropped = {way_id: way[1] for way_id, way in found.ways.items() if way[1]}
+def _as_arrays(ways: _Ways, nodes: _Nodes, restrictions: list[Restriction]) -> OsmFile:
+    there = np.array(nodes.version, dtype=np.int64) != UNSEEN
+    node_ids = nodes.ids[there]
     return OsmFile(
-        way_ids=np.array(way_ids, dtype=np.int64),
-        way_tags=[found.ways[way_id][3] for way_id in way_ids],
-        first=np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]),
-        refs=np.array(refs, dtype=np.int64),
+        way_ids=ways.ids,
+        way_tags=ways.tags,
+        first=ways.first,
+        refs=ways.refs,
         node_ids=node_ids,
-        x=np.array([x for _, x, _ in places], dtype=np.int32),
-        y=np.array([y for _, _, y in places], dtype=np.int32),
-        node_tags=found.node_tags,
-        other_way_ids=_named_elsewhere(node_ids, found),
-        restrictions=[found.restrictions[key][1] for key in sorted(found.restrictions)],
-        dropped=Counter(dropped.values()),
-        dropped_ids=frozenset(dropped),
+        x=np.array(nodes.x, dtype=np.int32)[there],
+        y=np.array(nodes.y, dtype=np.int32)[there],
+        node_tags=nodes.tags,
+        other_way_ids=np.intersect1d(node_ids, ways.nodes_of_others),
+        restrictions=restrictions,
+        dropped=ways.dropped,
+        dropped_ids=ways.dropped_ids,
     )
-
-
-def _named_elsewhere(node_ids: Ids, found: _Found) -> Ids:
-    """Nodes at which a road meets a way that is none: a path, steps, a way of another class."""
-    refs = array("q")
-    for _, reason, nodes, _ in found.ways.values():
-        if reason:
-            refs.extend(nodes)
-    return np.intersect1d(node_ids, np.array(refs, dtype=np.int64))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from uxsim_geo.network.incidence import Grouped
 from uxsim_geo.network.osm_file import PER_DEGREE, OsmFile
 from uxsim_geo.network.osm_links import DirectedLinks
 from uxsim_geo.network.osm_relations import RestrictionError
@@ -15,11 +16,10 @@ from uxsim_geo.network.osm_sections import Rows, Sections
 
 @dataclass(frozen=True)
 class Junctions:
-    """Which links start at a node, and which are of a way.
+    """Which links start and end at a node, and which are of a way.
 
-    leaving, leaving_first
-        rows of links sorted by the node they start at, and where those of each node begin;
-        (links,), (nodes + 1,)
+    leaving, ending
+        rows of links by the row of the node they start at, and they end at
     of_way
         where the links of each way begin, since links are sorted by way; (ways + 1,)
     """
@@ -27,8 +27,8 @@ class Junctions:
     file: OsmFile
     sections: Sections
     links: DirectedLinks
-    leaving: Rows
-    leaving_first: Rows
+    leaving: Grouped
+    ending: Grouped
     of_way: Rows
 
     def start(self, link: int) -> int:
@@ -45,8 +45,11 @@ class Junctions:
 
     def from_node(self, node: int) -> list[int]:
         """Rows of the links that start at the row of a node."""
-        first, last = self.leaving_first[node], self.leaving_first[node + 1]
-        return [int(row) for row in self.leaving[first:last]]
+        return [int(row) for row in self.leaving.rows_of_one(node)]
+
+    def to_node(self, node: int) -> list[int]:
+        """Rows of the links that end at the row of a node."""
+        return [int(row) for row in self.ending.rows_of_one(node)]
 
     def of(self, way_id: int) -> range:
         """Rows of the links of a way. Raises :class:`RestrictionError` if it has none."""
@@ -97,14 +100,7 @@ class Junctions:
 
 
 def junctions_of(file: OsmFile, sections: Sections, links: DirectedLinks) -> Junctions:
-    """Sort the links by where they start."""
-    leaving = np.argsort(links.start, kind="stable")
-    nodes, ways = np.arange(len(file.node_ids) + 1), np.arange(len(file.way_ids) + 1)
-    return Junctions(
-        file,
-        sections,
-        links,
-        leaving,
-        np.searchsorted(links.start[leaving], nodes),
-        np.searchsorted(links.way, ways),
-    )
+    """Group the links by where they start, and by where they end."""
+    leaving, ending = (Grouped.of(node, len(file.node_ids)) for node in (links.start, links.end))
+    ways = np.arange(len(file.way_ids) + 1)
+    return Junctions(file, sections, links, leaving, ending, np.searchsorted(links.way, ways))

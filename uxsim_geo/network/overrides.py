@@ -7,7 +7,6 @@ the links table (SI units) or with another unit at the end of its name, as ``fre
 
 from __future__ import annotations
 
-import csv
 import difflib
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,10 +16,11 @@ import pandas as pd
 
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.check import PLACEHOLDER
+from uxsim_geo.network.csv_table import has_columns, read_csv_table, text_column
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import whole_where_possible
-from uxsim_geo.network.text import read_bytes, read_lines
+from uxsim_geo.network.text import read_bytes
 from uxsim_geo.network.tntp_rows import number
 from uxsim_geo.network.units import CAPACITIES, LENGTHS, SPEEDS
 
@@ -36,6 +36,7 @@ TOPICS = {
     "lanes": ("lanes assumed",),
     "free_speed": (
         "free speed clipped",
+        "free speed implausible",
         "free speeds equal",
         "no free speed",
         "no free-flow time",
@@ -87,7 +88,7 @@ def apply_overrides(network: Network, path: Path) -> Network:
     faults.raise_if_any()
     notes = Notes()
     columns = ", ".join(name for name in table.cells.columns if name != "link_id")
-    note = f"{columns} taken from {path.name} where it has values"
+    note = f"{columns} taken from {path.name} where it has values; value: rows"
     notes.add("overrides", note, element="link", value=len(table.cells))
     still = network.notes[~_is_outdated(network, table)]
     all_notes = pd.concat([still, notes.table()], ignore_index=True)
@@ -107,36 +108,11 @@ def _is_outdated(network: Network, table: Overrides) -> np.ndarray:
 
 
 def _read_csv(path: Path, faults: Faults) -> Overrides:
-    nothing = Overrides(pd.DataFrame(), [])
-    lines = read_lines(path, faults)
-    if lines is None:
-        return nothing
-    reader = csv.reader(lines, strict=True)
-    rows: list[list[str]] = []
-    at: list[int] = []
-    try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                rows.append([cell.strip() for cell in row])
-                at.append(reader.line_num)
-    except csv.Error as error:
-        faults.add(f"is not a CSV table: {error}", line=reader.line_num)
-        return nothing
-    header = rows[0] if rows else []
-    if "link_id" not in header:
-        otherwise_separated = len(header) == 1 and (";" in header[0] or "\t" in header[0])
-        hint = ": separate the columns by commas" if otherwise_separated else ""
-        faults.add(f"lacks the column link_id{hint}", line=1, value=",".join(header))
-    for name in sorted({name for name in header if header.count(name) > 1}):
-        faults.add("the column stands there more than once", line=1, column=name)
-    for row, line in zip(rows[1:], at[1:], strict=True):
-        if len(row) != len(header):
-            what = f"the row has {len(row)} values under {len(header)} names"
-            faults.add(what, line=line, value=",".join(row))
-    if faults.found:
-        return nothing
-    cells = pd.DataFrame(rows[1:], columns=header, dtype="str")
-    return Overrides(cells.where(cells != ""), at[1:])
+    table = read_csv_table(path, faults)
+    if table is None or not has_columns(table, ["link_id"], faults):
+        return Overrides(pd.DataFrame(), [])
+    columns = {name: text_column(cells).str.strip() for name, cells in table.columns.items()}
+    return Overrides(pd.DataFrame(columns), table.lines)
 
 
 def _read_geopackage(path: Path, faults: Faults) -> Overrides:

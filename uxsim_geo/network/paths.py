@@ -21,18 +21,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.network.bans import Way, ban_paths, beginning_after
 from uxsim_geo.network.network import Network
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-#: column of banned turns that some tables have: link_ids with blanks between them, or null
-VIA_COLUMN = "via_link_ids"
-
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
-#: rows of links, one after the other
-Way = tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -158,23 +154,11 @@ class Paths:
 
 def banned_paths(network: Network) -> list[Way]:
     """Return the banned turns and longer banned paths of a network, as rows of links."""
-    moves = network.movements
-    if moves.empty:
+    paths = ban_paths(network.movements)
+    if not paths:
         return []
     row = {str(link_id): number for number, link_id in enumerate(network.links["link_id"])}
-    ends = zip(moves["from_link_id"], moves["to_link_id"], strict=True)
-    return [
-        tuple(row[str(one)] for one in (first, *via, last))
-        for (first, last), via in zip(ends, via_links(moves), strict=True)
-    ]
-
-
-def via_links(movements: pd.DataFrame) -> list[list[str]]:
-    """Return the via links of every row of banned turns; of turns at a node there are none."""
-    if VIA_COLUMN not in movements:
-        return [[] for _ in range(len(movements))]
-    texts = movements[VIA_COLUMN].astype("object").fillna("")
-    return [str(text).split() for text in texts]
+    return [tuple(row[link_id] for link_id in path) for path in paths]
 
 
 class _Beginnings:
@@ -207,18 +191,10 @@ class _Beginnings:
         for way, vertex in vertex_of.items():
             node = self._end[way[-1]]
             for link in order[slice(*places[node : node + 2])].tolist():
-                endings = _endings((*way, link))
-                head = -1
-                if not any(ending in self._banned for ending in endings):
-                    longest = next((one for one in endings if one in self._known), ())
-                    head = vertex_of.get(longest, int(usual[link]))
+                behind = beginning_after((*way, link), self._banned, self._known)
+                head = -1 if behind is None else vertex_of.get(behind, int(usual[link]))
                 found.append((vertex, head, link))
         return np.array(found, np.int64).reshape(-1, 3).T
-
-
-def _endings(way: Way) -> list[Way]:
-    """Return the way and all that it ends with, from the longest to the shortest."""
-    return [way[place:] for place in range(len(way))]
 
 
 def _by_node(node: Ints, nodes: int) -> tuple[Ints, Ints, Ints]:

@@ -39,7 +39,7 @@ def project(network: Network, crs: str | None, notes: Notes) -> Network:
     if crs is None and in_metres(own):
         notes.add("projection", "is in metres already: left as it is", value=own.to_string())
         return network
-    degrees = lon_lat(network)
+    degrees = lon_lat(network.nodes["geometry"])
     chosen = crs or utm_zone(degrees)
     if crs is None:
         _note_width(degrees, chosen, notes)
@@ -53,12 +53,18 @@ def in_metres(crs: Any) -> bool:
     return bool(crs.is_projected) and crs.axis_info[0].unit_conversion_factor == 1.0
 
 
-def lon_lat(network: Network) -> Floats:
-    """Longitude and latitude of the nodes; (nodes, 2)."""
+def lon_lat(shapes: Any) -> Floats:
+    """Longitude and latitude of the points of shapes (a GeoSeries of a known system); (n, 2)."""
     import shapely
 
-    located: Any = network.nodes
-    return np.asarray(shapely.get_coordinates(located.geometry.to_crs("EPSG:4326").to_numpy()))
+    return np.asarray(shapely.get_coordinates(shapes.to_crs("EPSG:4326").to_numpy()))
+
+
+def metres_around(shapes: Any) -> Any:
+    """The system in metres for shapes (a GeoSeries): of their UTM zone, or of their pole."""
+    from pyproj import CRS
+
+    return CRS.from_user_input(utm_zone(lon_lat(shapes)))
 
 
 def utm_zone(degrees: Floats) -> str:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from uxsim_geo.errors import Faults
-from uxsim_geo.network.long_bans import ban_paths
+from uxsim_geo.network.bans import ban_paths
 from uxsim_geo.network.network import MOVEMENT_COLUMNS, REQUIRED_LINK_COLUMNS, Network
 from uxsim_geo.network.rows import add_missing_columns, add_rows, is_among
 

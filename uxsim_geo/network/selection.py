@@ -11,13 +11,15 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.control.site import Target
-from uxsim_geo.errors import Faults
-from uxsim_geo.network.expressions import rows_where
-from uxsim_geo.network.near_names import did_you_mean
+from uxsim_geo.errors import Faults, did_you_mean
+from uxsim_geo.network.expressions import add_unknown_texts, rows_where
 from uxsim_geo.network.network import Network
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
 SUGGESTED = 5
+
+#: stands between the names of links that were joined into one
+JOINED_BY = "; "
 
 _PARTS = ("touching", "inside", "entering", "leaving")
 _WKT = re.compile(r"\s*((MULTI)?(POINT|LINESTRING|POLYGON)|GEOMETRYCOLLECTION)\b", re.IGNORECASE)
@@ -37,8 +39,8 @@ def select_links(
     inside.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids,
-    columns and streets, an expression that cannot be read, an area that is none or whose reference
-    system is not known.
+    columns and streets, an expression that cannot be read, or that holds nowhere since no link has
+    a text of it, an area that is none or whose reference system is not known.
     """
     faults = Faults()
     meant = np.ones(len(network.links), bool)
@@ -47,7 +49,7 @@ def select_links(
             link_ids = pd.Index(network.links["link_id"].astype(str))
         meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
-        meant &= rows_where(network.links, target.where, faults)
+        meant &= _fitting(network.links, target.where, faults)
     if target.polygon is not None:
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":
@@ -65,8 +67,7 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     wanted = list(dict.fromkeys(links))
     places = link_ids.get_indexer(pd.Index(wanted, dtype=link_ids.dtype))
     for number, place in enumerate(np.flatnonzero(places < 0)):
-        close = number < SUGGESTED
-        advice = did_you_mean(wanted[place], link_ids) if close else ""
+        advice = did_you_mean(wanted[place], link_ids) if number < SUGGESTED else ""
         what = f"the network has no such link_id{advice}"
         faults.add(what, column="links", value=wanted[place])
     named = np.zeros(len(link_ids), bool)
@@ -74,15 +75,31 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     return named
 
 
+def _fitting(links: pd.DataFrame, expression: str, faults: Faults) -> Flags:
+    """Return for which links an expression holds."""
+    own = Faults()
+    holds = rows_where(links, expression, own)
+    if not holds.any() and not own.found:
+        add_unknown_texts(links, expression, own)
+    for fault in own.found:
+        faults.add(fault.what, column="where", value=fault.value)
+    return holds
+
+
 def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:
-    """Return which links have the name of a street; names near to one that none has are told."""
+    """Return which links have the name of a street, alone or among those of joined links.
+
+    Names near to one that none has are told.
+    """
     if "name" not in links or links["name"].isna().all():
         faults.add("the links of the network have no names", column="street", value=street)
         return np.zeros(len(links), bool)
-    named = np.asarray(links["name"] == street, bool)
+    names = links["name"].astype("str").reset_index(drop=True)
+    names = names.str.split(JOINED_BY).explode().dropna()
+    named = np.zeros(len(links), bool)
+    named[names.index[names == street]] = True
     if not named.any():
-        names = links["name"].dropna().astype(str).unique().tolist()
-        what = f"no link has this name{did_you_mean(street, names)}"
+        what = f"no link has this name{did_you_mean(street, names.unique().tolist())}"
         faults.add(what, column="street", value=street)
     return named
 

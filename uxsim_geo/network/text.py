@@ -13,16 +13,27 @@ def read_lines(path: Path, faults: Faults) -> list[str] | None:
     UTF-8 (of which ASCII is a part), with or without a byte-order mark; line ends of every
     system, so that item ``i`` is line ``i + 1`` of any editor.
     """
+    text = read_text(path, faults)
+    if text is None:
+        return None
+    if not text.strip():
+        faults.add("is empty")
+        return None
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def read_text(path: Path, faults: Faults) -> str | None:
+    """The text of a file in UTF-8 as it stands, without a byte-order mark; None with a fault."""
     data = read_bytes(path, faults)
     if data is None:
         return None
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        text = ""
         line = data[: error.start].count(b"\n") + 1
         faults.add(
-            f"is not a text file in UTF-8 (byte 0x{data[error.start]:02x}): is it the right file?",
+            f"is not a text file in UTF-8 (byte 0x{data[error.start]:02x}): is it the right file? "
+            "If so, save it as UTF-8",
             line=line,
         )
         return None
@@ -30,10 +41,7 @@ def read_lines(path: Path, faults: Faults) -> list[str] | None:
         line = text[: text.index("\0")].count("\n") + 1
         faults.add("is a binary file, text was expected", line=line)
         return None
-    if not text.strip():
-        faults.add("is empty")
-        return None
-    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return text
 
 
 def read_bytes(path: Path, faults: Faults) -> bytes | None:

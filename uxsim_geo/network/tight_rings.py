@@ -12,14 +12,15 @@ were. Flows that cross within the ring no longer hinder one another, as at any s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 import pandas as pd
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, shortest_path
 
-from uxsim_geo.network.incidence import Ends, Flags, Rows, ends_of, passed_nodes
+from uxsim_geo.network.bans import ban_paths, ban_rows
+from uxsim_geo.network.incidence import Ends, Flags, Grouped, Rows, ends_of, passed_nodes
 from uxsim_geo.network.joined_columns import Groups
 from uxsim_geo.network.joining import kind_of_each, links_of_chains, located
 from uxsim_geo.network.network import Network
@@ -40,9 +41,15 @@ ALONG_RING = "direct link"
 
 @dataclass(frozen=True)
 class Ring:
-    """A ring: rows of its links, and of its nodes where vehicles come in and go out."""
+    """A ring: rows of its links, of the links that lead into it, and of those that lead out.
+
+    entries, exits
+        rows of its nodes at which they do
+    """
 
     links: Rows
+    inward: Rows
+    outward: Rows
     entries: Rows
     exits: Rows
 
@@ -82,17 +89,19 @@ def _rings(network: Network, ends: Ends, storage: float) -> list[Ring]:
     tight = _tight(network, ends, storage)
     part = _strong_parts(ends, tight)
     within = tight & (part[ends.start] == part[ends.end])
+    arriving, leaving = (Grouped.of(node, ends.nodes) for node in (ends.end, ends.start))
+    of_part = Grouped.of(np.where(within, part[ends.start], ends.nodes), ends.nodes + 1)
     rings: list[Ring] = []
     for one in dict.fromkeys(part[ends.start[within]].tolist()):
-        links = np.flatnonzero(within & (part[ends.start] == one))
+        links = of_part.rows_of_one(one)
         nodes = np.unique(ends.start[links])
-        outer = np.ones(len(ends.start), dtype=bool)
-        outer[links] = False
-        entries = np.intersect1d(nodes, ends.end[outer])
-        exits = np.intersect1d(nodes, ends.start[outer])
+        inward, outward = (
+            np.setdiff1d(around.rows_of(nodes), links) for around in (arriving, leaving)
+        )
+        entries, exits = np.unique(ends.end[inward]), np.unique(ends.start[outward])
         leads_on = len(entries) and len(exits) and len(np.union1d(entries, exits)) > 1
         if 3 <= len(nodes) <= MOST_NODES and leads_on:
-            rings.append(Ring(links, entries, exits))
+            rings.append(Ring(links, inward, outward, entries, exits))
     return rings
 
 
@@ -100,16 +109,14 @@ def _why_not(ring: Ring, ends: Ends, in_ban: Flags) -> str | None:
     """Why a ring has to stay; None: it can be opened."""
     if in_ban[ring.links].any():
         return BANNED
-    outer = np.ones(len(ends.start), dtype=bool)
-    outer[ring.links] = False
-    both = np.intersect1d(ring.entries, ring.exits)
-    come = set(_pairs(ends.end, ends.start, outer & np.isin(ends.end, both)))
-    leave = set(_pairs(ends.start, ends.end, outer & np.isin(ends.start, both)))
-    return None if come.isdisjoint(leave) else TWO_WAY
+    both = set(np.intersect1d(ring.entries, ring.exits).tolist())
+    come = _pairs(ends.end[ring.inward], ends.start[ring.inward])
+    leave = _pairs(ends.start[ring.outward], ends.end[ring.outward])
+    return TWO_WAY if any(node in both for node, _ in come & leave) else None
 
 
-def _pairs(one: Rows, other: Rows, chosen: Flags) -> list[tuple[int, int]]:
-    return list(zip(one[chosen].tolist(), other[chosen].tolist(), strict=True))
+def _pairs(one: Rows, other: Rows) -> set[tuple[int, int]]:
+    return set(zip(one.tolist(), other.tolist(), strict=True))
 
 
 def _tight(network: Network, ends: Ends, storage: float) -> Flags:
@@ -134,11 +141,7 @@ def _strong_parts(ends: Ends, tight: Flags) -> Rows:
 
 
 def _in_bans(network: Network) -> Flags:
-    movements = network.movements
-    named = set(movements["from_link_id"]) | set(movements["to_link_id"])
-    if "via_link_ids" in movements:
-        for via in movements["via_link_ids"].dropna():
-            named.update(via.split())
+    named = set(chain.from_iterable(ban_paths(network.movements)))
     return np.asarray(network.links["link_id"].isin(named), dtype=bool)
 
 
@@ -207,14 +210,5 @@ def _bans(network: Network, direct: pd.DataFrame) -> pd.DataFrame:
     pairs = direct[columns].merge(
         direct[columns], left_on="to_node_id", right_on="from_node_id", suffixes=("", "_after")
     )
-    table = pd.DataFrame(
-        {
-            "node_id": pairs["to_node_id"],
-            "from_link_id": pairs["link_id"],
-            "to_link_id": pairs["link_id_after"],
-        },
-        dtype="str",
-    )
-    if "restriction" in network.movements:
-        table["restriction"] = pd.Series([ALONG_RING] * len(table), dtype="str")
-    return table
+    links = pairs["to_node_id"], pairs["link_id"], pairs["link_id_after"]
+    return ban_rows(network.movements, *links, ALONG_RING)

@@ -74,6 +74,8 @@ class Collection:
         of the folder that holds the networks' folders
     citation, terms
         whom to name as the source, and what the data may be used for
+    credit
+        both in one short line, to stand on pictures
     """
 
     repository: str
@@ -81,6 +83,7 @@ class Collection:
     url: str
     citation: str
     terms: str
+    credit: str
     networks: Mapping[str, KnownNetwork]
 
     @property

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.network.bans import ban_rows
 from uxsim_geo.network.incidence import Ends, Flags, Turns, ends_of, signals_of_nodes, turns_of
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
@@ -35,7 +36,9 @@ def ban_u_turns(network: Network, where: Where, notes: Notes) -> Network:
     closed = needless(network, ends, turns) & ~turns.banned
     if where == "signals":
         closed &= signals_of_nodes(network)[ends.end[turns.before]]
-    rows = _bans(network, turns, closed)
+    node, ids = (network.links[name].to_numpy() for name in ("to_node_id", "link_id"))
+    before = turns.before[closed]
+    rows = ban_rows(network.movements, node[before], ids[before], ids[turns.after[closed]], ASSUMED)
     note = f"turning back banned at {where}, save where there is no other way; value: bans"
     notes.add("u-turns", note, value=len(rows))
     if not len(rows):
@@ -62,17 +65,3 @@ def merged_before(network: Network) -> Flags:
     if "merged_node_ids" not in network.nodes:
         return np.zeros(len(network.nodes), dtype=bool)
     return np.asarray(network.nodes["merged_node_ids"].notna(), dtype=bool)
-
-
-def _bans(network: Network, turns: Turns, closed: Flags) -> pd.DataFrame:
-    links = network.links
-    before, after = turns.before[closed], turns.after[closed]
-    columns = {
-        "node_id": links["to_node_id"].to_numpy()[before],
-        "from_link_id": links["link_id"].to_numpy()[before],
-        "to_link_id": links["link_id"].to_numpy()[after],
-    }
-    table = pd.DataFrame(columns, dtype="str")
-    if "restriction" in network.movements:
-        table["restriction"] = pd.Series([ASSUMED] * len(table), dtype="str")
-    return table.reindex(columns=network.movements.columns).astype("str")

@@ -43,7 +43,7 @@ def _open(network: Network, closed: Collection[str]) -> Network:
     """The network without closed links, and without the banned turns that name them."""
     if not closed:
         return network
-    from uxsim_geo.network.long_bans import ban_paths
+    from uxsim_geo.network.bans import ban_paths
 
     names = set(closed)
     links = network.links[~network.links["link_id"].isin(names)].reset_index(drop=True)

@@ -137,15 +137,17 @@ def _changes(before: Demand, after: Demand) -> pd.DataFrame:
     """Vehicles by pair, and how much later they depart on average, before and after."""
     changes = Changes()
     both = [_by_pair(demand) for demand in (before, after)]
-    pairs = both[0].join(both[1], how="outer", lsuffix="_before", rsuffix="_after")
+    names = ("_before", "_after")
+    pairs = pd.concat(
+        [one.add_suffix(name) for one, name in zip(both, names, strict=True)], axis=1
+    ).sort_index()
     for name in ("vehicles", "mean_departure_s"):
         first, second = (pairs[f"{name}_{when}"].to_numpy(float) for when in ("before", "after"))
         differ = np.flatnonzero(~np.isclose(first, second, rtol=1e-9, atol=1e-9, equal_nan=True))
-        for row in differ.tolist():
-            origin, destination, driver_class = pairs.index[row]
-            of_class = "" if driver_class == "default" else f" ({driver_class})"
-            told = (round(float(values[row]), 6) for values in (first, second))
-            changes.add("demand", f"{origin} to {destination}{of_class}", name, *told)
+        told = zip(*(np.round(one[differ], 6).tolist() for one in (first, second)), strict=True)
+        for (origin, destination, of), values in zip(pairs.index[differ], told, strict=True):
+            of_class = "" if of == "default" else f" ({of})"
+            changes.add("demand", f"{origin} to {destination}{of_class}", name, *values)
     return changes.table()
 
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.errors import Faults
+from uxsim_geo.errors import Faults, did_you_mean
 from uxsim_geo.network.measure import line_lengths
-from uxsim_geo.network.near_names import did_you_mean
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import numbers
 from uxsim_geo.scenario.changes import EXISTS, Changes
+from uxsim_geo.scenario.columns import longer
 from uxsim_geo.scenario.lines import line_between
 
 
@@ -127,8 +127,7 @@ def _with_rows(network: Network, rows: list[dict[str, object]]) -> tuple[Network
         if name == "geometry":
             continue
         old = links[name] if name in links else pd.Series(None, links.index, dtype="str")
-        new = pd.Series([row[name] for row in rows], dtype=_dtype(old, rows, name))
-        columns[name] = pd.concat([old, new], ignore_index=True)
+        columns[name] = longer(old, [row[name] for row in rows])
     table = pd.DataFrame(columns)
     if "geometry" in links:
         import geopandas
@@ -139,11 +138,3 @@ def _with_rows(network: Network, rows: list[dict[str, object]]) -> tuple[Network
     for row in rows:
         changes.add("link", str(row["link_id"]), EXISTS, None, "yes")
     return replace(network, links=table), changes.table()
-
-
-def _dtype(old: pd.Series, rows: list[dict[str, object]], name: str) -> Any:
-    """That of the column, where it can hold what new rows have; else the one that can."""
-    nothing = any(row[name] is None for row in rows)
-    if not nothing or old.dtype.kind not in "biu":
-        return old.dtype
-    return object if old.dtype.kind == "b" else np.float64

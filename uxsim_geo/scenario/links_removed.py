@@ -11,7 +11,7 @@ import pandas as pd
 from uxsim_geo.control.site import Target
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.errors import Faults
-from uxsim_geo.network.long_bans import ban_paths
+from uxsim_geo.network.bans import ban_paths
 from uxsim_geo.network.network import Network
 from uxsim_geo.scenario.changes import EXISTS, Changes
 from uxsim_geo.scenario.link_attributes import chosen_links

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.errors import Faults
+from uxsim_geo.errors import Faults, did_you_mean
 from uxsim_geo.network.measure import add_degree_faults, parse_crs
-from uxsim_geo.network.near_names import did_you_mean
 from uxsim_geo.network.network import Network
 from uxsim_geo.scenario.changes import EXISTS, Changes
+from uxsim_geo.scenario.columns import longer
 
 
 def add_node(
@@ -32,10 +32,7 @@ def add_node(
     faults.raise_if_any()
     known = {"node_id": node_id, "control": "none", "through_traffic": True}
     columns = {
-        name: pd.concat(
-            [network.nodes[name], pd.Series([known.get(name)], dtype=network.nodes[name].dtype)],
-            ignore_index=True,
-        )
+        name: longer(network.nodes[name], [known.get(name)])
         for name in network.nodes.columns
         if name != "geometry"
     }

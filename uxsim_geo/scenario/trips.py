@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.transform import Where
-from uxsim_geo.errors import Faults, InputError
-from uxsim_geo.network.near_names import did_you_mean
+from uxsim_geo.errors import Faults, InputError, did_you_mean
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.selection import read_area
 

@@ -9,11 +9,9 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.errors import Faults
-from uxsim_geo.network.long_bans import ban_paths
-from uxsim_geo.network.near_names import did_you_mean
+from uxsim_geo.errors import Faults, did_you_mean
+from uxsim_geo.network.bans import VIA_COLUMN, ban_paths
 from uxsim_geo.network.network import MOVEMENT_COLUMNS, Network
-from uxsim_geo.network.paths import VIA_COLUMN
 from uxsim_geo.scenario.changes import Changes
 
 

@@ -278,12 +278,11 @@ class World(Scenario):
         ``bin_s`` is the length of a time step, s; errors as of
         :func:`uxsim_geo.export.page.inline.explore`.
         """
-        from uxsim_geo.export.page.headlines import NO_DATE
         from uxsim_geo.export.page.inline import explore
         from uxsim_geo.export.run_description import RunDescription
 
         network, facts = self.network, {"seed": self.random_seed}
-        about = RunDescription(NO_DATE, network.notes, facts, name=self.name or "World")
+        about = RunDescription(None, network.notes, facts, name=self.name or "World")
         return explore(network, self.result, bin_s=bin_s, about=about)
 
     def _start(self) -> Run:

@@ -110,8 +110,8 @@ class _Sums:
         for side, name in enumerate(("base", "scenario")):
             alone = sum(vehicles for status, vehicles in statuses if status[1 - side] == "absent")
             if alone:
-                mean = alone / len(self.seeds)
-                yield f"Vehicles in the {name} alone: {mean:,.1f}; they are no winners or losers."
+                mean = f"{alone / len(self.seeds):,.1f}".removesuffix(".0")
+                yield f"Vehicles in the {name} alone: {mean}; they are no winners or losers."
 
 
 def _check(run: Measured, first: tuple[float, float]) -> None:

@@ -9,10 +9,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.areas import Areas, area_pairs, zone_areas
+from uxsim_geo.analysis.areas import Areas, zone_areas
 from uxsim_geo.analysis.comparison.corridors import Corridors, corridor_times
 from uxsim_geo.analysis.comparison.measured import Measured
-from uxsim_geo.analysis.comparison.quantities import LINK_TIMES, LINKS, TOTALS, Quantity
+from uxsim_geo.analysis.comparison.quantities import (
+    LINK_TIMES,
+    LINKS,
+    TOTALS,
+    TRIPS,
+    Quantity,
+)
+from uxsim_geo.analysis.comparison.zones import ENDS, check_zones, zone_pairs
 from uxsim_geo.analysis.link_states import link_times, link_totals
 from uxsim_geo.analysis.od import od_table
 from uxsim_geo.analysis.summary import summary
@@ -71,8 +78,8 @@ def measure(result: Result, network: Network, options: MeasureOptions) -> Measur
     states = link_times(result, network, bin_s=options.bin_s)
     zones = zone_areas(network) if options.zones is None else options.zones
     trips = trip_summary(result, network)
-    pairs = area_pairs(result, network, zones)
-    pairs = pairs.rename(columns={f"{end}_area": f"{end}_zone" for end in ENDS})
+    check_zones(zones, network)
+    od = _columns(od_table(result, network), ENDS, TRIPS, _TRIPS)
     return Measured(
         seed=result.settings.seed,
         duration_s=float(result.settings.duration),
@@ -80,14 +87,11 @@ def measure(result: Result, network: Network, options: MeasureOptions) -> Measur
         totals=_totals(summary(result, network), trips, result.settings.duration),
         links=_links(network, states),
         link_times=_columns(states, ("link_id", "begin_s", "end_s"), LINK_TIMES, _LINKS),
-        od=_of_trips(od_table(result, network), ENDS),
-        zone_pairs=_of_trips(pairs, tuple(f"{end}_zone" for end in ENDS)),
+        od=od,
+        zone_pairs=zone_pairs(od, zones),
         corridors=corridor_times(result, network, options.corridors, states),
         trips=_each_trip(trips, zones, result.settings.duration),
     )
-
-
-ENDS = ("origin", "destination")
 
 
 def _totals(figures: Mapping[str, Any], trips: pd.DataFrame, duration: float) -> pd.DataFrame:
@@ -131,12 +135,6 @@ def _links(network: Network, states: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(
         (attributes[texts].astype("str"), numbers, figures.drop(columns="link_id")), axis=1
     )
-
-
-def _of_trips(table: pd.DataFrame, keys: tuple[str, ...]) -> pd.DataFrame:
-    from uxsim_geo.analysis.comparison.quantities import TRIPS
-
-    return _columns(table, keys, TRIPS, _TRIPS)
 
 
 def _columns(

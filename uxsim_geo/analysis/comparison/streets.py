@@ -20,8 +20,8 @@ def street_paths(network: Network, street: str) -> dict[str, list[str]]:
     """
     if "name" not in network.links:
         return {}
-    named = network.links["name"].astype("str").str.strip().str.casefold()
-    links = network.links[(named == street.strip().casefold()).to_numpy()]
+    named = network.links["name"].astype("str").str.strip()
+    links = network.links[(named.str.casefold() == street.strip().casefold()).to_numpy()]
     after = _next_links(links)
     first = sorted(set(range(len(links))) - set(after.values()))
     paths, seen = [], set[int]()
@@ -35,7 +35,7 @@ def street_paths(network: Network, street: str) -> dict[str, list[str]]:
             place = after.get(place)
         if path:
             paths.append(path)
-    return _named(links, paths, street.strip())
+    return _named(links, paths)
 
 
 def _next_links(links: pd.DataFrame) -> dict[int, int]:
@@ -59,18 +59,18 @@ def _next_links(links: pd.DataFrame) -> dict[int, int]:
     }
 
 
-def _named(links: pd.DataFrame, paths: list[list[int]], street: str) -> dict[str, list[str]]:
-    lengths = links["length"].to_numpy(float)
+def _named(links: pd.DataFrame, paths: list[list[int]]) -> dict[str, list[str]]:
+    lengths, streets = links["length"].to_numpy(float), links["name"].str.strip()
     longest = max((float(np.sum(lengths[path])) for path in paths), default=0.0)
     found: dict[str, list[str]] = {}
     for path in paths:
         if np.sum(lengths[path]) < LEAST_SHARE * longest:
             continue
         start, end = links["from_node_id"].iloc[path[0]], links["to_node_id"].iloc[path[-1]]
-        name = f"{street}, {start} to {end}"
-        number = 2
+        name = title = f"{streets.iloc[path[0]]}, {start} to {end}"
+        number = 1
         while name in found:
-            name = f"{street}, {start} to {end} ({number})"
             number += 1
+            name = f"{title} ({number})"
         found[name] = links["link_id"].astype(str).iloc[path].tolist()
     return found

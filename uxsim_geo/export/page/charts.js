@@ -1,8 +1,8 @@
 "use strict";
 // Curves over time and the fundamental diagram, as SVG; a line marks the time shown.
 
-/** Sizes in the units of the drawing, and about how many ticks there is room for. */
-const CHART = { width: 340, height: 150, left: 46, right: 18, top: 8, bottom: 22, times: 5, levels: 3 };
+/** Sizes in the units of the drawing, and about how many ticks there is room for (document.py). */
+const CHART = { width: 340, height: 150, left: 52, right: 18, top: 8, bottom: 22, times: 5, levels: 3 };
 const SMALL_CHART = { width: 190, height: 104, left: 36, right: 16, top: 7, bottom: 20, times: 2, levels: 2 };
 
 function svg(tag, attributes = {}, text = null) {
@@ -113,14 +113,10 @@ class TimeChart extends Chart {
   }
 
   drawClock() {
-    const { edges, bins } = this.run;
-    const span = edges[bins] - edges[0];
-    const step = [60, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200]
-      .find((length) => span / length <= this.box.times) ?? 86400;
     const y = this.box.height - this.box.bottom;
-    for (let time = edges[0]; time <= edges[bins] + 1; time += step) {
+    for (const [time, text] of this.run.content.ticks[this.box.times]) {
       this.add("line", { x1: this.x(time), x2: this.x(time), y1: y, y2: y + 4, class: "grid" });
-      this.add("text", { x: this.x(time), y: y + 15, "text-anchor": "middle" }, this.run.clock(time));
+      this.add("text", { x: this.x(time), y: y + 15, "text-anchor": "middle" }, text);
     }
   }
 

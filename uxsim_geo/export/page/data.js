@@ -130,16 +130,9 @@ class Run {
     return this.links.names[this.links.name[link]];
   }
 
-  /** What the clock shows so many seconds after the start, in the zone that start was given in. */
-  clock(seconds) {
-    const { start_ms: start, offset_min: offset } = this.content;
-    const text = new Date(start + 60000 * offset + 1000 * seconds).toISOString();
-    return seconds % 60 ? text.slice(11, 19) : text.slice(11, 16);
-  }
-
-  /** From when to when a time step goes. */
+  /** From when to when a time step goes, as the clock of all results tells it. */
   span(bin) {
-    return `${this.clock(this.edges[bin])}–${this.clock(this.edges[bin + 1])}`;
+    return this.content.spans[bin];
   }
 }
 

@@ -8,6 +8,14 @@ class Details {
     this.calls = calls;
     this.charts = [];
     this.link = null;
+    this.empty = [...panel.childNodes];
+  }
+
+  /** Show what stood there before a link was chosen. */
+  clear() {
+    this.charts = [];
+    this.link = null;
+    this.panel.replaceChildren(...this.empty);
   }
 
   /** Show a link; others are those of its street, to step through. */

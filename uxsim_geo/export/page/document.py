@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.types import Floats
-from uxsim_geo.export.page.bottlenecks import Bottlenecks
+from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.export.clock import Clock
+from uxsim_geo.export.lost_time import LEAST_JUNCTION, Junctions, Street
 from uxsim_geo.export.page.levels import Levels
 from uxsim_geo.export.page.over_time import OverTime
 from uxsim_geo.export.page.places import Places
 from uxsim_geo.export.page.quantities import quantities
-from uxsim_geo.export.page.worst_places import WorstPlace
 from uxsim_geo.export.page.zones import Zones
 from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.diagram import effective_capacity
@@ -25,33 +25,47 @@ from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM, TIMES
 #: of more links than this the least used are shown only when one looks closer
 MOST_SHOWN = 40_000
 
+#: for about so many ticks the axes of large and of small curves have room
+TICKS = (5, 2)
+
 
 class Tables(NamedTuple):
-    """What was made of a run for the page; volume are the vehicles that entered each link."""
+    """What was made of a run for the page, in its time bins.
+
+    first are the report's bins with which those begin, worst_bin the report's in which most is
+    lost, volume the vehicles that entered each link.
+    """
+
+    first: Integers
 
     levels: Levels
     network: OverTime
-    places: list[WorstPlace]
-    bottlenecks: Bottlenecks
+    streets: list[Street]
+    worst_bin: int
+    junctions: Junctions
     zones: Zones
     volume: Floats
 
 
-def document(tables: Tables, places: Places, start: datetime) -> dict[str, Any]:
+def document(tables: Tables, places: Places, clock: Clock) -> dict[str, Any]:
     """Everything but the links that is no array of links × bins: JSON's types alone."""
-    levels, offset = tables.levels, start.utcoffset() or timedelta()
+    levels, edges = tables.levels, tables.levels.edges.tolist()
     return {
-        "start_ms": round(start.timestamp() * 1000),
-        "offset_min": round(offset.total_seconds() / 60),
         "edges": plain(levels.edges, 3),
+        "spans": [clock.span(*span) for span in pairwise(edges)],
+        "ticks": {str(most): clock.ticks(most) for most in TICKS},
         "top": levels.top,
         "least": levels.least,
         "largest": levels.largest,
         "quantities": [entry._asdict() for entry in quantities(dict(levels.values))],
         "network": {name: plain(values, 3) for name, values in tables.network._asdict().items()},
         "zones": _zones(tables.zones),
-        "bottlenecks": _bottlenecks(tables.bottlenecks, places.points),
-        "worst": [{"link": place.link, "bin": place.bin} for place in tables.places],
+        "junctions": _junctions(tables.junctions, places.points),
+        "worst_bin": bin_of_page(tables.worst_bin, tables.first),
+        "worst": [
+            {"link": street.link, "bin": bin_of_page(street.bin, tables.first)}
+            for street in tables.streets
+        ],
     }
 
 
@@ -100,11 +114,17 @@ def plain(values: npt.ArrayLike, digits: int) -> list[float | int | None]:
     ]
 
 
-def _bottlenecks(bottlenecks: Bottlenecks, points: Floats) -> dict[str, Any]:
+def bin_of_page(number: int, first: Integers) -> int:
+    """The page's time bin that holds one of the report's."""
+    return int(np.searchsorted(first, number, side="right")) - 1
+
+
+def _junctions(junctions: Junctions, points: Floats) -> dict[str, Any]:
     return {
-        "points": [plain(point, 6) for point in points[bottlenecks.nodes]],
-        "links": bottlenecks.links.tolist(),
-        "largest_min": bottlenecks.largest / TIMES["min"],
+        "points": [plain(point, 6) for point in points[junctions.nodes]],
+        "links": junctions.links.tolist(),
+        "largest_min": junctions.largest / TIMES["min"],
+        "least": LEAST_JUNCTION,
     }
 
 

@@ -1,53 +1,55 @@
-"""What the page says in words: how bad it was, when, and where."""
+"""What the page says in words: how bad it was, when, and where, and what was done about it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime, timedelta
 from typing import Any
 
-import numpy as np
-
-from uxsim_geo.analysis.types import Floats
+from uxsim_geo.export.clock import Clock
+from uxsim_geo.export.lost_time import NONE, LostTime, in_words
 from uxsim_geo.export.page.over_time import OverTime
-from uxsim_geo.export.page.worst_places import WorstPlace
-from uxsim_geo.network.units import KMH, TIMES
-
-#: the date of second 0 that stands where nobody gave one
-NO_DATE = datetime(2000, 1, 1, tzinfo=UTC)
+from uxsim_geo.export.run_description import Change
+from uxsim_geo.network.units import KMH
 
 #: less of the time than this lost, and nobody would speak of congestion
 LITTLE = 0.02
 
+#: of longer lists only so many are told
+MOST_STREETS = 3
+MOST_CHANGES = 8
+
 
 def headlines(
-    figures: Mapping[str, Any],
-    network: OverTime,
-    places: Sequence[WorstPlace],
-    start: datetime,
+    figures: Mapping[str, Any], network: OverTime, lost: LostTime, clock: Clock
 ) -> list[str]:
-    """Sentences from the figures of the run (:func:`uxsim_geo.analysis.summary.summary`)."""
+    """Sentences from the figures of the run (:func:`uxsim_geo.analysis.summary.summary`).
+
+    ``network`` in the bins of the report, as ``lost``.
+    """
     return [
         *_vehicles(figures),
-        *_severity(figures, network),
-        *_worst_moment(network, start),
-        *_where(places),
+        *_severity(figures, lost),
+        *_worst_moment(network, lost, clock),
+        *_where(lost),
     ]
 
 
-def clock(start: datetime, seconds: float) -> str:
-    """What the clock shows so many seconds after the start."""
-    moment = start + timedelta(seconds=float(seconds))
-    return f"{moment:%H:%M:%S}" if moment.second else f"{moment:%H:%M}"
+def changes_in_words(changes: Sequence[Change], clock: Clock) -> list[str]:
+    """What was closed or changed during the run, a sentence each, those first that came first."""
+    ordered = sorted(changes, key=lambda change: change.begin)
+    told = [f"{_when(one, clock)}: {one.what}, {one.where}." for one in ordered[:MOST_CHANGES]]
+    rest = len(changes) - len(told)
+    return told + ([f"And {rest:,} more; config.yaml of the run has them all."] if rest else [])
 
 
-def times_in_words(start: datetime) -> str:
-    """Which times those are that the clock shows."""
-    if start == NO_DATE:
-        return "Times are counted from the start of the simulation."
-    # the libraries' zones have names of many kinds
-    zone = f"UTC{start.isoformat()[-6:]}" if start.utcoffset() else "UTC"
-    return f"Times are those of {start.day} {start:%B %Y}, {zone}."
+def _when(change: Change, clock: Clock) -> str:
+    end = min(change.end, clock.end)
+    if change.begin <= 0 and end >= clock.end:
+        return "The whole time"
+    if math.isinf(change.end):
+        return f"From {clock.text(change.begin)} on"
+    return clock.span(change.begin, end)
 
 
 def _vehicles(figures: Mapping[str, Any]) -> Iterator[str]:
@@ -61,46 +63,55 @@ def _vehicles(figures: Mapping[str, Any]) -> Iterator[str]:
         yield "The network is gridlocked: vehicles wait for one another in a circle."
 
 
-def _severity(figures: Mapping[str, Any], network: OverTime) -> Iterator[str]:
+def _severity(figures: Mapping[str, Any], lost: LostTime) -> Iterator[str]:
     total, delay = figures["total_travel_time_veh_s"], figures["total_delay_veh_s"]
     if not total:
         return
-    lost = float(np.nansum(network.accumulation * np.diff(network.edges) * _share_lost(network)))
+    share, on_links = 100 * delay / total, float(lost.delay.sum())
+    if in_words(delay) == in_words(on_links) == NONE:
+        yield "Nobody was delayed."
+        return
+    told = f"{share:.0f} %" if share >= 0.5 else "Less than 1 %"
     speed = figures["average_speed_m_s"]
     yield (
-        f"{100 * delay / total:.0f} % of all travel time was delay: {lost / TIMES['h']:,.0f} "
-        f"vehicle-hours were lost on the links, {max(delay - lost, 0.0) / TIMES['h']:,.0f} by "
-        "waiting to enter or on longer routes than the fastest"
-        + (f". The mean speed was {speed * KMH:.0f} km/h." if speed is not None else ".")
+        f"{told} of all travel time was delay: {in_words(on_links)} on the links, "
+        f"{in_words(delay - on_links)} by waiting to enter or on longer routes than the fastest."
+        + (f" The mean speed was {speed * KMH:.0f} km/h." if speed is not None else "")
     )
 
 
-def _share_lost(network: OverTime) -> Floats:
-    """Of the time on the links, the share that driving at free speed would have saved."""
-    share: Floats = 1.0 - np.nan_to_num(network.speed_ratio, nan=1.0)
-    return share
-
-
-def _worst_moment(network: OverTime, start: datetime) -> Iterator[str]:
-    lost = network.accumulation * _share_lost(network)
-    worst = int(lost.argmax())
+def _worst_moment(network: OverTime, lost: LostTime, clock: Clock) -> Iterator[str]:
+    """Means of the worst bin, and how many stood at its end, each in a sentence of its own."""
+    worst = lost.worst_bin
     ratio = network.speed_ratio[worst]
-    if not lost[worst] or ratio > 1.0 - LITTLE:
+    if in_words(lost.in_bins[worst]) == NONE or ratio > 1.0 - LITTLE:
         yield "Traffic flowed freely throughout."
         return
-    begin, end = (clock(start, network.edges[worst + step]) for step in (0, 1))
+    begin, end = float(lost.begin[worst]), float(lost.end[worst])
     yield (
-        f"It was worst from {begin} to {end}: {network.accumulation[worst]:,.0f} vehicles on the "
-        f"road at {network.speed[worst]:.0f} km/h, {100 * ratio:.0f} % of their free speed, and "
-        f"{network.queue[worst]:,.0f} of them queued{_waiting(network.waiting[worst])}."
+        f"It was worst from {clock.text(begin)} to {clock.text(end)}: on average "
+        f"{_count(network.accumulation[worst])} vehicles were on the road in that time, at "
+        f"{network.speed[worst]:.0f} km/h, {100 * ratio:.0f} % of their free speed."
     )
+    yield (
+        f"At {clock.text(end)}, {_count(network.queue[worst])} of the "
+        f"{_count(network.running[worst])} then on the road were queued"
+        f"{_waiting(network.waiting[worst])}."
+    )
+
+
+def _count(vehicles: float) -> str:
+    """Vehicles, with a decimal where few are no whole number."""
+    return f"{vehicles:,.{0 if vehicles >= 10 or abs(vehicles - round(vehicles)) < 0.05 else 1}f}"
 
 
 def _waiting(vehicles: float) -> str:
     return f"; {vehicles:,.0f} more waited to enter" if vehicles >= 1 else ""
 
 
-def _where(places: Sequence[WorstPlace]) -> Iterator[str]:
-    told = [f"{place.name} ({100 * place.share:.0f} %)" for place in places[:3]]
+def _where(lost: LostTime) -> Iterator[str]:
+    told = [f"{one.name} ({100 * one.share:.0f} %)" for one in lost.streets(MOST_STREETS)]
     if told:
-        yield "Of the time lost on links, most was lost on " + "; ".join(told) + "."
+        *first, last = told  # names may hold semicolons
+        listed = f"{', '.join(first)} and {last}" if first else last
+        yield f"Of the time lost on links, most was lost on {listed}."

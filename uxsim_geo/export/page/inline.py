@@ -6,7 +6,6 @@ import html
 from pathlib import Path
 
 from uxsim_geo.analysis.link_states import link_times
-from uxsim_geo.export.page.headlines import NO_DATE
 from uxsim_geo.export.page.page import Run, page
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.files import replace_when_complete
@@ -51,4 +50,4 @@ def explore(
     """
     run = Run(network, result, link_times(result, network, bin_s=bin_s))
     facts = {"seed": result.settings.seed, "duration_s": result.settings.duration}
-    return InlinePage(page(run, about or RunDescription(NO_DATE, network.notes, facts)))
+    return InlinePage(page(run, about or RunDescription(None, network.notes, facts)))

@@ -88,7 +88,7 @@ class MapLayers {
     this.map.addLayer({ id: "ground", type: "background", paint: { "background-color": this.colour("ground") } });
     const kinds = this.run.links.minor ? ["minor", "major"] : ["major"];
     for (const kind of kinds) this.addLines("roads", kind, [["==", ["get", "road"], 1]]);
-    this.addBottlenecks();
+    this.addJunctions();
     this.map.addLayer({ id: "chosen", type: "line", source: "chosen", layout: { "line-join": "round" },
       paint: this.paints().chosen });
     for (const kind of kinds) this.addLines("traffic", kind, []);
@@ -159,9 +159,9 @@ class MapLayers {
   }
 
   /** Circles under the traffic, at first without size. */
-  addBottlenecks() {
-    const { points, largest_min: most } = this.run.content.bottlenecks;
-    this.map.addSource("bottlenecks", { type: "geojson", data: {
+  addJunctions() {
+    const { points, largest_min: most } = this.run.content.junctions;
+    this.map.addSource("junctions", { type: "geojson", data: {
       type: "FeatureCollection",
       features: points.map((point, id) => ({
         type: "Feature", id, properties: {}, geometry: { type: "Point", coordinates: point },
@@ -169,7 +169,7 @@ class MapLayers {
     } });
     this.mostLost = most || 1;
     this.radius = new Uint8Array(points.length);
-    this.map.addLayer({ id: "bottlenecks", type: "circle", source: "bottlenecks", paint: {
+    this.map.addLayer({ id: "junctions", type: "circle", source: "junctions", paint: {
       "circle-radius": ["coalesce", ["feature-state", "radius"], 0],
       "circle-color": this.slowest(), "circle-opacity": CIRCLE_OPACITY } });
   }
@@ -185,6 +185,8 @@ class MapLayers {
   /** Numbers at the worst places, and names of nodes where there are few. */
   markPlaces() {
     const { lines, content, links } = this.run;
+    this.marks = [];  // those on top first
+    const note = (text, place, isNumber) => this.marks.push({ text, place, isNumber });
     content.worst.slice(0, 5).forEach((place, number) => {
       const line = lines[place.link];
       const mark = element("div", { class: "place-mark" }, String(number + 1));
@@ -193,7 +195,9 @@ class MapLayers {
         event.stopPropagation();
         this.calls.worst(number);
       });
+      mark.style.zIndex = content.worst.length - number;  // where they meet, the worse lies on top
       new maplibregl.Marker({ element: mark }).setLngLat(MapLayers.middle(line)).addTo(this.map);
+      note(String(number + 1), MapLayers.middle(line), true);
     });
     if (links.nodes.length > 60) return;
     const seen = new Set();
@@ -203,6 +207,7 @@ class MapLayers {
         seen.add(node);
         const mark = element("div", { class: "node-mark" }, links.nodes[node]);
         new maplibregl.Marker({ element: mark }).setLngLat(place).addTo(this.map);
+        note(links.nodes[node], place, false);
       }
     });
   }

@@ -7,25 +7,24 @@
 const TILES = "https://tile.openstreetmap.org/{z}/{x}/{y}.png";
 const WIDTHS = 8;  // kinds of width that are told apart
 const LARGEST_CIRCLE = 30;  // px
-const LEAST_CIRCLE = 0.015;  // of the time lost at the worst junction in its worst step
 
 class RoadMap extends MapLayers {
   /** Circles as large as the time lost before each junction in a time step; tells how many changed. */
-  showBottlenecks(bin) {
+  showJunctions(bin) {
     const { run } = this;
     const lost = new Float64Array(this.radius.length);
-    run.content.bottlenecks.links.forEach((place, link) => {
+    run.content.junctions.links.forEach((place, link) => {
       if (place >= 0) lost[place] += run.delay(link, bin);
     });
     let changed = 0;
     lost.forEach((minutes, id) => {
       // area is time lost; what is too small to matter has no circle
       const share = this.circles ? minutes / this.mostLost : 0;
-      const radius = share < LEAST_CIRCLE ? 0 : Math.round(LARGEST_CIRCLE * Math.sqrt(share));
+      const radius = share < run.content.junctions.least ? 0 : Math.round(LARGEST_CIRCLE * Math.sqrt(share));
       if (radius === this.radius[id]) return;
       this.radius[id] = radius;
       changed += 1;
-      this.map.setFeatureState({ source: "bottlenecks", id }, { radius });
+      this.map.setFeatureState({ source: "junctions", id }, { radius });
     });
     return changed;
   }
@@ -33,7 +32,7 @@ class RoadMap extends MapLayers {
   /** Show a quantity in a time step; tells whether anything is to be drawn. */
   show(number, bin) {
     const { run } = this;
-    let changed = this.showBottlenecks(bin);
+    let changed = this.showJunctions(bin);
     const quantity = run.content.quantities[number];
     const palette = 2 * PALETTE * number + (this.isDark ? PALETTE : 0);
     for (let link = 0; link < this.class.length; link++) {
@@ -85,7 +84,7 @@ class RoadMap extends MapLayers {
     for (const layer of this.map.getStyle().layers.filter(({ id }) => id.startsWith("roads"))) {
       this.map.setPaintProperty(layer.id, "line-color", this.colour("roads"));
     }
-    this.map.setPaintProperty("bottlenecks", "circle-color", this.slowest());
+    this.map.setPaintProperty("junctions", "circle-color", this.slowest());
     for (const [layer, property] of [["chosen", "line-color"], ["arcs", "line-color"], ["zones", "circle-color"]]) {
       this.map.setPaintProperty(layer, property, this.colour("ink"));
     }
@@ -122,7 +121,7 @@ class RoadMap extends MapLayers {
     const isShown = zones.length > 0;
     this.map.getContainer().classList.toggle("shows-trips", isShown);
     for (const layer of this.picked) this.map.setPaintProperty(layer, "line-opacity", isShown ? 0.25 : 1);
-    this.map.setPaintProperty("bottlenecks", "circle-opacity", isShown ? 0 : CIRCLE_OPACITY);
+    this.map.setPaintProperty("junctions", "circle-opacity", isShown ? 0 : CIRCLE_OPACITY);
     const collection = (features) => ({ type: "FeatureCollection", features });
     this.map.getSource("zones").setData(collection(zones));
     this.map.getSource("arcs").setData(collection(arcs));
@@ -141,9 +140,52 @@ class RoadMap extends MapLayers {
       "raster-saturation": -0.8, "raster-opacity": 0.7 } }, above.id);
   }
 
-  /** The map as it is now, as the address of a picture. */
+  /** The map as it is now with its marks and scale, as the address of a picture. */
   picture() {
     this.map.redraw();
-    return this.map.getCanvas().toDataURL("image/png");
+    const drawn = this.map.getCanvas();
+    const canvas = element("canvas", { width: drawn.width, height: drawn.height });
+    const pen = canvas.getContext("2d");
+    pen.drawImage(drawn, 0, 0);
+    const { clientWidth: width, clientHeight: height } = this.map.getContainer();
+    pen.scale(drawn.width / width, drawn.height / height);
+    // as on the screen: names of nodes below, of numbers the lower ones on top
+    for (const mark of [...this.marks].reverse()) this.drawMark(pen, mark);
+    this.drawScale(pen, height);
+    return canvas.toDataURL("image/png");
+  }
+
+  drawMark(pen, { text, place, isNumber }) {
+    const { x, y } = this.map.project(place);
+    pen.font = isNumber ? "700 13px sans-serif" : "600 11px sans-serif";
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    if (isNumber) {
+      pen.fillStyle = "#1c2126";
+      pen.strokeStyle = "#ffffff";
+      pen.beginPath();
+      pen.arc(x, y, 11, 0, 2 * Math.PI);
+      pen.fill();
+      pen.stroke();
+    } else {
+      const half = pen.measureText(text).width / 2 + 4;
+      pen.fillStyle = "rgb(255 255 255 / 82%)";
+      pen.fillRect(x - half, y - 8, 2 * half, 16);
+    }
+    pen.fillStyle = isNumber ? "#ffffff" : this.colour("ink");
+    pen.fillText(text, x, y + 0.5);
+  }
+
+  /** The bar that the library shows, which is no part of its picture; none on no place. */
+  drawScale(pen, height) {
+    const bar = this.map.getContainer().querySelector(".maplibregl-ctrl-scale");
+    if (!bar) return;
+    pen.strokeStyle = pen.fillStyle = this.colour("ink");
+    pen.lineWidth = 2;
+    pen.strokeRect(10, height - 14, parseFloat(bar.style.width), 4);
+    pen.font = "11px sans-serif";
+    pen.textAlign = "left";
+    pen.textBaseline = "bottom";
+    pen.fillText(bar.textContent, 12, height - 16);
   }
 }

@@ -8,26 +8,23 @@ draws the map, and its own scripts are the files beside this module.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from uxsim_geo.analysis.od import od_table
-from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.state_grid import StateGrid, States
 from uxsim_geo.analysis.summary import summary
-from uxsim_geo.export.page.bottlenecks import bottlenecks
+from uxsim_geo.export.clock import Clock
+from uxsim_geo.export.lost_time import LostTime, junctions
 from uxsim_geo.export.page.document import Tables, document, link_columns
-from uxsim_geo.export.page.headlines import headlines, times_in_words
+from uxsim_geo.export.page.headlines import changes_in_words, headlines
 from uxsim_geo.export.page.levels import first_of_merged, levels
-from uxsim_geo.export.page.libraries import maplibre
-from uxsim_geo.export.page.over_time import over_time
+from uxsim_geo.export.page.over_time import OverTime, over_time
 from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_rows
 from uxsim_geo.export.page.places import Places
-from uxsim_geo.export.page.rows import fact_rows, note_rows, worst_rows
-from uxsim_geo.export.page.worst_places import worst_places
+from uxsim_geo.export.page.rows import fact_rows, note_rows, street_rows
+from uxsim_geo.export.page.template import FOLDER, Template, rendered
 from uxsim_geo.export.page.zones import zones
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.files import replace_when_complete
@@ -35,6 +32,9 @@ from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
 TEMPLATE = "report.html.jinja"
+
+#: rows of the table of streets where most time is lost
+STREETS = 12
 STYLE = "report.css"
 
 #: in the order in which they build on one another
@@ -43,11 +43,11 @@ SCRIPTS = ("data.js", "charts.js", "layers.js", "map.js", "details.js", "trips.j
 
 @dataclass(frozen=True)
 class Run:
-    """A simulated run; ``states`` of all links come from :func:`..link_states.link_times`."""
+    """A simulated run; ``states`` of all links come from :mod:`..link_states`."""
 
     network: Network
     result: Result
-    states: pd.DataFrame
+    states: States
 
 
 def write_page(path: Path, run: Run, about: RunDescription) -> None:
@@ -63,42 +63,55 @@ def page(run: Run, about: RunDescription) -> str:
     Raises :class:`uxsim_geo.errors.InputError` unless the states are those of all links in all
     bins, and RuntimeError where MapLibre GL JS is not installed.
     """
-    library = maplibre()
     grid = StateGrid.of_all(run.states, run.network)
-    places = Places.of(run.network)
-    tables = _tables(run, grid, places)
-    edges = tables.network.edges
-    return _rendered(
+    places, lost = Places.of(run.network), LostTime.of(run.network.links, grid)
+    clock = Clock.of(about.start, [*grid.begin, grid.end[-1]])
+    whole = over_time(grid, run.result, np.arange(len(grid.begin)))
+    tables = _tables(run, grid, lost, whole, places)
+    return rendered(
+        Template(FOLDER, TEMPLATE, (STYLE,), SCRIPTS),
         about=about,
-        library=library,
-        headlines=headlines(
-            summary(run.result, run.network), tables.network, tables.places, about.start
-        ),
-        worst=worst_rows(tables.places, edges, about.start),
-        merged_min=None if len(edges) > len(grid.begin) else f"{np.diff(edges).max() / 60:g}",
+        headlines=headlines(summary(run.result, run.network), whole, lost, clock),
+        changes=changes_in_words(about.changes, clock),
+        worst=street_rows(tables.streets, lost, grid, clock),
+        merged_min=_merged_minutes(tables, grid),
         notes=note_rows(about.notes),
-        times=times_in_words(about.start),
+        times=clock.in_words(),
         facts=fact_rows(about.information),
-        parts=_parts(run, about, tables, places),
+        parts=_parts(run, about, tables, places, clock),
     )
 
 
-def _tables(run: Run, grid: StateGrid, places: Places) -> Tables:
+def _tables(run: Run, grid: StateGrid, lost: LostTime, whole: OverTime, places: Places) -> Tables:
+    """In the page's bins; ``whole`` are the figures of the network in those of the report."""
     first = first_of_merged(grid)
+    delay = np.add.reduceat(lost.delay, first, axis=1)
+    is_merged = len(first) < len(grid.begin)
     od = od_table(run.result, run.network)
     return Tables(
+        first,
         levels(grid, run.network, first),
-        over_time(grid, run.result, first),
-        worst_places(grid, run.network, first),
-        bottlenecks(grid, run.network, first),
-        zones(run.network, places.points, od, on_earth=places.on_earth),
+        over_time(grid, run.result, first) if is_merged else whole,
+        lost.streets(STREETS),
+        lost.worst_bin,
+        junctions(run.network, delay),
+        zones(run.network, places.points, od),
         grid.values("entries").sum(axis=1),
     )
 
 
-def _parts(run: Run, about: RunDescription, tables: Tables, places: Places) -> dict[str, str]:
+def _merged_minutes(tables: Tables, grid: StateGrid) -> str | None:
+    """How long bins are that were put together, if they were."""
+    if len(tables.first) == len(grid.begin):
+        return None
+    return f"{np.diff(tables.levels.edges).max() / 60:g}"
+
+
+def _parts(
+    run: Run, about: RunDescription, tables: Tables, places: Places, clock: Clock
+) -> dict[str, str]:
     """What the scripts unpack, by the id of its tag."""
-    content = document(tables, places, about.start)
+    content = document(tables, places, clock)
     content["links"] = link_columns(run.network, run.result.settings.reaction_time, tables.volume)
     content["map"] = {"on_earth": places.on_earth, "left": about.driving_side == "left"}
     points, deltas = packed_lines(places.lines)
@@ -110,25 +123,3 @@ def _parts(run: Run, about: RunDescription, tables: Tables, places: Places) -> d
         "speed": packed_rows(tables.levels.speed),
         "queue": packed_rows(tables.levels.queue),
     }
-
-
-def _rendered(**values: Any) -> str:
-    """The template with everything in it; what is not marked as safe is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    library = values.pop("library")
-    folder = files("uxsim_geo.export.page")
-    own = {name: (folder / name).read_text(encoding="utf-8") for name in (STYLE, *SCRIPTS)}
-    environment = Environment(
-        loader=PackageLoader("uxsim_geo.export.page", ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template(TEMPLATE).render(
-        styles=[library.style, own[STYLE]],
-        scripts=[library.script, *(own[name] for name in SCRIPTS)],
-        **values,
-    )

@@ -8,7 +8,7 @@ class Page {
   constructor(run) {
     this.run = run;
     this.quantity = 0;
-    this.bin = this.worstBin();
+    this.bin = run.content.worst_bin;  // in which vehicles lose most time: where to begin looking
     this.hovered = null;
     this.street = [];
     this.isPlaying = false;
@@ -24,13 +24,6 @@ class Page {
       const button = event.target.closest("[data-worst]");
       if (button) this.showWorst(Number(button.dataset.worst));
     });
-  }
-
-  /** The step in which vehicles lose most time: where to begin looking. */
-  worstBin() {
-    const { accumulation, speed_ratio: ratio } = this.run.content.network;
-    const lost = accumulation.map((vehicles, bin) => vehicles * (1 - (ratio[bin] ?? 1)));
-    return lost.indexOf(Math.max(...lost));
   }
 
   async addMap() {
@@ -177,6 +170,13 @@ class Page {
     this.map?.outline(street.length > 1 ? [...street, link] : [link]);
   }
 
+  /** No link, as when the page was opened. */
+  chooseNone() {
+    this.street = [];
+    this.details.clear();
+    this.map?.outline([]);
+  }
+
   /** All links of a street, the one that loses most time in this step first. */
   linksOf(name) {
     const found = [];
@@ -222,7 +222,9 @@ class Page {
       return `Zone ${zones[zone]}: its trips are on the map and in the table below.`;
     }
     const like = names.findIndex((one) => one.toLowerCase().includes(wanted));
-    return like >= 0 ? this.findStreet(like) : "No street, link or zone is called so.";
+    if (like >= 0) return this.findStreet(like);
+    this.chooseNone();
+    return "No street, link or zone is called so.";
   }
 
   findStreet(name) {

@@ -1,7 +1,8 @@
 """Which links of a network a picture in space and time shows.
 
-Of thousands of links a picture can show some hundred. Those that matter are those on which people
-lost most time in states below a share of the free speed; a lone vehicle that waits does not count.
+Of thousands of links a picture can show some dozens before walls hide one another. Those that
+matter are those on which people lost most time in states below a share of the free speed; a lone
+vehicle that waits does not count. The others that were slow lie on the ground.
 """
 
 from __future__ import annotations
@@ -20,8 +21,12 @@ from uxsim_geo.network.network import Network
 from uxsim_geo.network.units import PER_KM
 
 FEW_LINKS = 200  # of a network up to so large the whole map is shown
+MOST_WALLS = 200  # unless another number is asked for
+LEAST_WALLS = 20  # of a large network, however long they are
+CROWDED = 0.7  # length of walls x share of the time, of the map's side: more hide one another
+SHORTEST = 0.015  # of that side: a shorter wall is a stripe that hides as much
 SPARSE = 0.03  # of jam density: states below are a few vehicles, and no queue
-OUTLYING = 0.01  # of the lost time lies beyond each side of the part of a large map that is shown
+OUTLYING = 0.03  # of the lost time lies beyond each side of the part of a large map that is shown
 MARGIN = 0.12  # beyond that, of its larger side
 
 
@@ -32,7 +37,7 @@ class Choice:
     slow
         states that are drawn if their link is
     links
-        rows of the links that are drawn, most lost time first
+        rows of the links that are drawn as walls, most lost time first
     percent, density
         speed, % of free speed, at most 100, NaN where nobody was; veh/km per lane
     jam
@@ -62,12 +67,19 @@ class Choice:
         slow = (percent < 100 * look.slower_than) & (density >= SPARSE * jam)
         lost = np.where(slow, grid.values("delay"), 0.0).sum(axis=1)
         order = np.argsort(-lost, kind="stable")
-        links = order[lost[order] > 0][: look.most_links]
+        links = order[lost[order] > 0][: look.most_links or MOST_WALLS]
         box = plane.extent
         if len(network.links) > FEW_LINKS and links.size:
-            box, inside = _box(plane, links, lost[links])
+            box, inside = part_of_map(plane, links, lost[links])
             links = links[inside]
+            if look.most_links is None:
+                links = links[: number_with_room(plane, box, links, slow[links])]
         return cls(grid, slow, links, percent, density * PER_KM, jam.ravel() * PER_KM, box)
+
+    @property
+    def is_crowded(self) -> bool:
+        """Whether the network is one of so many links that high walls would hide others."""
+        return len(self.slow) > FEW_LINKS
 
     @property
     def worst_time(self) -> float:
@@ -80,14 +92,28 @@ class Choice:
         delay = self.grid.values("delay")
         return float(delay[self.links].sum()) / 3600, float(delay.sum()) / 3600
 
-    def is_drawn(self) -> npt.NDArray[np.bool_]:
-        """Whether a link is drawn."""
-        drawn = np.zeros(len(self.slow), bool)
-        drawn[self.links] = True
-        return drawn
+    def on_ground(self) -> Integers:
+        """Rows of the links that are slow at some time but no walls, in the network's order."""
+        slow: Integers = np.setdiff1d(np.flatnonzero(self.slow.any(axis=1)), self.links)
+        return slow
 
 
-def _box(
+def number_with_room(
+    plane: MapPlane,
+    box: tuple[float, float, float, float],
+    links: Integers,
+    slow: npt.NDArray[np.bool_],
+) -> int:
+    """So many walls as do not crowd the map: by their length, and for how long they are there."""
+    import shapely
+
+    side = max(box[2] - box[0], box[3] - box[1])
+    length = np.maximum(shapely.length(plane.lines[links]) / side, SHORTEST)
+    area = length * slow.mean(axis=1)
+    return max(int(np.searchsorted(np.cumsum(area), CROWDED, side="right")), LEAST_WALLS)
+
+
+def part_of_map(
     plane: MapPlane, links: Integers, lost: Floats
 ) -> tuple[tuple[float, float, float, float], npt.NDArray[np.bool_]]:
     """The part of the map that holds nearly all lost time, and which links lie in it."""

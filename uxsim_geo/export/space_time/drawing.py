@@ -9,6 +9,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ from uxsim_geo.export.space_time.look import Camera, Look
 from uxsim_geo.files import replace_when_complete
 
 RENDERER = Path(__file__).with_name("render.py")
-TIME_LIMIT = 300.0  # s; the largest scene takes a few, the first picture on a machine some 20
+TIME_LIMIT = 300.0  # s a picture; the largest takes a few, the first one on a machine some 20
 
 Motion = Literal["orbit", "sweep"]
 
@@ -100,9 +101,9 @@ def _rising(scene: dict[str, Any], look: Look, camera: Camera, pictures: int) ->
     """The time plane from the ground to the top, and walls up to it."""
     one = view_of(scene, look, direction_of(scene, look, camera))
     height, duration = float(scene["height"]), float(scene["duration"])
-    shares = np.arange(1, pictures + 1) / pictures
+    shares, clock = np.arange(1, pictures + 1) / pictures, look.clock(scene["edges"])
     return [
-        Shot(one, share * height, share * height, look.clock(share * duration)) for share in shares
+        Shot(one, share * height, share * height, clock.text(share * duration)) for share in shares
     ]
 
 
@@ -114,7 +115,10 @@ def _drawn(arrays: Path, look: Look, pictures: int, progress: Progress | None) -
         assert child.stdout is not None
         try:
             for number in range(pictures):
-                sent = child.stdout.read(width * height * 3)
+                with _at_most(TIME_LIMIT, child) as late:
+                    sent = child.stdout.read(width * height * 3)
+                if late:
+                    raise RenderError(f"a picture of the film took more than {TIME_LIMIT:g} s")
                 if len(sent) < width * height * 3:
                     break
                 yield np.frombuffer(sent, np.uint8).reshape(height, width, 3)
@@ -128,6 +132,23 @@ def _drawn(arrays: Path, look: Look, pictures: int, progress: Progress | None) -
             status = child.wait()
         messages.seek(0)
         _check(status, messages.read().decode("utf-8", "replace"))
+
+
+@contextmanager
+def _at_most(seconds: float, child: subprocess.Popen[bytes]) -> Iterator[list[bool]]:
+    """Kill a process that takes longer than this; the list then holds something."""
+    late: list[bool] = []
+
+    def end() -> None:
+        late.append(True)
+        child.kill()
+
+    timer = threading.Timer(seconds, end)
+    timer.start()
+    try:
+        yield late
+    finally:
+        timer.cancel()
 
 
 @contextmanager

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from uxsim_geo.analysis.types import Floats
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.map_plane import MapPlane
-from uxsim_geo.export.space_time.look import Look
 
 HEIGHT = 0.45  # of the time axis at most, as a part of the map's larger side
+CROWDED_HEIGHT = 0.3  # of it over many links, where walls would hide one another
 LEAST_HEIGHT = 0.25  # of it on a narrow map, where it would tower
-TICK_MINUTES = (1, 2, 5, 10, 15, 20, 30, 60, 120, 180, 240, 360, 720, 1440)
 MOST_TICKS = 7
 EAST, NORTH, UP = np.eye(3)
 CORNERS = 4  # of the map: south-west, south-east, north-east, north-west
@@ -35,11 +35,19 @@ class Frame:
     duration: float
 
     @classmethod
-    def of(cls, plane: MapPlane, box: tuple[float, float, float, float], duration: float) -> Frame:
-        """Choose the height by the extent: a narrow map carries no tower."""
+    def of(
+        cls,
+        plane: MapPlane,
+        box: tuple[float, float, float, float],
+        duration: float,
+        *,
+        crowded: bool = False,
+    ) -> Frame:
+        """Choose the height by the extent: a narrow map carries no tower, nor a crowded one."""
         x0, y0, x1, y1 = box
         narrow = min(x1 - x0, y1 - y0) / max(x1 - x0, y1 - y0)
-        return cls(plane, box, min(HEIGHT, max(narrow, LEAST_HEIGHT)), duration)
+        highest = CROWDED_HEIGHT if crowded else HEIGHT
+        return cls(plane, box, min(highest, max(narrow, LEAST_HEIGHT)), duration)
 
     @property
     def side(self) -> float:
@@ -68,19 +76,9 @@ class Frame:
         return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
 
 
-def ticks(look: Look, duration: float) -> list[tuple[float, str]]:
-    """Round times on the clock, s after the start, and what it shows; at most seven or so."""
-    step = next(
-        (60.0 * m for m in TICK_MINUTES if duration / (60.0 * m) <= MOST_TICKS), duration / 6
-    )
-    first = -look.second_of_day % step
-    times = np.arange(first, duration + 1e-6, step)
-    return [(float(time), look.clock(time)) for time in times]
-
-
-def time_marks(frame: Frame, look: Look) -> list[tuple[float, str]]:
-    """Heights of round times, and what the clock shows then."""
-    return [(frame.upwards(time), text) for time, text in ticks(look, frame.duration)]
+def time_marks(frame: Frame, clock: Clock) -> list[tuple[float, str]]:
+    """Heights of round times, and what the clock shows then; at most seven or so."""
+    return [(frame.upwards(time), text) for time, text in clock.ticks(MOST_TICKS)]
 
 
 def axes(frame: Frame, marks: list[tuple[float, str]], title: str) -> dict[str, Any]:

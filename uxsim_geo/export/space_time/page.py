@@ -47,6 +47,7 @@ def write_page(path: Path, scene: dict[str, Any], look: Look) -> None:
     )
     page = environment.get_template(TEMPLATE).render(
         title=str(scene["title"]),
+        attribution=str(scene["attribution"]),
         # a name must not end the script that holds it
         texts=texts.replace("<", "\\u003c"),
         arrays=packed,
@@ -87,13 +88,14 @@ def _packed(arrays: dict[str, Any]) -> tuple[dict[str, Any], str]:
 def _texts(scene: dict[str, Any], look: Look) -> dict[str, Any]:
     """Texts, and what is small enough to be told in words."""
     duration = float(scene["duration"])
-    times = [look.clock(duration * share / SHOWN_TIMES) for share in range(SHOWN_TIMES + 1)]
-    edges = np.asarray(scene["edges"])
+    edges = np.asarray(scene["edges"], float).tolist()
+    clock = look.clock(edges)
+    times = [clock.text(duration * share / SHOWN_TIMES) for share in range(SHOWN_TIMES + 1)]
     plain = ("notes", "scale_labels", "scale_rgb", "ground", "corners", "names")
     return {
         "unit": UNIT,
         "times": times,
-        "clock": [look.clock(float(edge)) for edge in edges],
+        "clock": [clock.text(edge) for edge in edges],
         "height": float(scene["height"]),
         "subtitle": str(scene["subtitle"]),
         "scale_title": str(scene["scale_title"]),

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import os
 import sys
+import textwrap
 from collections.abc import Iterator
 from typing import Any
 
@@ -30,6 +31,7 @@ DARK = "#333333"
 SIDES = 4
 USUAL_WIDTH = 1600  # pixels; sizes of letters here are for it
 NONE_TEXT = " "
+SMALL = 7  # letters of the smallest text
 
 
 class Stage:
@@ -140,7 +142,7 @@ class Stage:
         mesh = self._mesh(name)
         if mesh is None:
             return None
-        shade = {"ambient": 0.62, "diffuse": 0.5, "specular": 0.0}
+        shade = {"ambient": 0.7, "diffuse": 0.42, "specular": 0.0}
         edges = {"show_edges": True, "edge_color": DARK, "edge_opacity": 0.25}
         edges["line_width"] = 0.5 * self.fine
         return self.plotter.add_mesh(mesh, scalars="rgb", rgb=True, **shade, **edges)
@@ -211,24 +213,37 @@ class Stage:
             self._add_labels("marks", font_size=24, text_color="white", **look)
 
     def _add_texts(self) -> None:
-        """Title, where most time is lost, what is drawn, and the colour bar."""
+        """Title, where most time is lost, what is drawn, whose data it is, and the colour bar."""
         scene = self.scene
+        lift = self._add_attribution()
         self._text(str(scene["title"]), 0.015, 0.945, 17)
-        self._text("\n".join(str(note) for note in scene["notes"]), 0.015, 0.075, 10)
-        self._text(str(scene["subtitle"]), 0.015, 0.015, 9)
-        self._add_bar()
+        self._text("\n".join(str(note) for note in scene["notes"]), 0.015, 0.075 + lift, 10)
+        self._text(str(scene["subtitle"]), 0.015, 0.017 + lift, 9)
+        self._add_bar(lift)
+
+    def _add_attribution(self) -> float:
+        """Whose data it is, at the foot; what its lines but one take, of the picture's height."""
+        width, height = (float(pixels) for pixels in self.scene["size"])
+        letter = 2.0 * self._font_size(SMALL)  # its height, pixels
+        lines = textwrap.wrap(str(self.scene["attribution"]), int(0.98 * width / (0.58 * letter)))
+        text = self._text("\n".join(lines), 0.995, 0.001, SMALL)
+        text.prop.justification_horizontal = "right"
+        return 1.25 * letter / height * max(len(lines) - 1, 0)
 
     def _text(self, text: str, x: float, y: float, size: int) -> Any:
         return self.plotter.add_text(
             _plain(text) or NONE_TEXT,
             position=(x, y),
             viewport=True,
-            font_size=max(round(size * self.fine), 5),
+            font_size=self._font_size(size),
             color=DARK,
             font_file=str(self.scene["font"]),
         )
 
-    def _add_bar(self) -> None:
+    def _font_size(self, size: int) -> int:
+        return max(round(size * self.fine), 5)
+
+    def _add_bar(self, lift: float) -> None:
         """A bar of even classes; it needs a mesh that has them, which nobody sees."""
         import pyvista as pv
         from matplotlib.colors import ListedColormap
@@ -252,7 +267,7 @@ class Stage:
                 "title_font_size": round(22 * self.fine),
                 "label_font_size": round(20 * self.fine),
                 "position_x": 0.62,
-                "position_y": 0.075,
+                "position_y": 0.075 + lift,
                 "width": 0.34,
                 "height": 0.1,
             },

@@ -5,8 +5,8 @@ somebody who knows nothing of traffic:
 
 {mesh}.points, {mesh}.faces or {mesh}.lines, {mesh}.rgb
     for each mesh: points (n, 3), rows of points of its quads (m, 4) or straight lines (m, 2), and
-    the colour of each (m, 3), 0 to 255. Meshes: minor and major (roads), slow (roads that have
-    a wall), ribbons, queues, trajectories
+    the colour of each (m, 3), 0 to 255. Meshes: minor and major (roads), slow (roads that are
+    slow at some time), ribbons, queues, trajectories
 axes, sides
     as :func:`uxsim_geo.export.space_time.frame.axes` makes them
 ground, corners, height, duration
@@ -15,7 +15,7 @@ feet
     lines (n, 2, 3) under walls that float
 marks.points, marks.texts
     numbers on poles at the places of ``notes``
-title, notes, subtitle, scale_title, scale_labels, scale_rgb
+title, notes, subtitle, attribution, scale_title, scale_labels, scale_rgb
     texts, and the colour bar
 plane, plane_text
     height of the time plane, and what is said of it
@@ -35,12 +35,14 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.export.clock import Clock
+from uxsim_geo.export.lost_time import in_words
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time.bins import coarser
 from uxsim_geo.export.space_time.choice import Choice
 from uxsim_geo.export.space_time.frame import Frame, axes, time_marks
 from uxsim_geo.export.space_time.look import Look
-from uxsim_geo.export.space_time.places import in_words, place_parts
+from uxsim_geo.export.space_time.places import place_parts
 from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
 from uxsim_geo.export.space_time.scale import Scale
 from uxsim_geo.export.space_time.walls import (
@@ -53,7 +55,7 @@ from uxsim_geo.export.space_time.walls import (
 )
 from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
-from uxsim_geo.network.units import KMH
+from uxsim_geo.network.units import KMH, TIMES
 
 MOST_FEET = 150  # more lines under walls would be a thicket
 WAY = (70.0, 70.0, 90.0)  # colour of trajectories
@@ -70,32 +72,35 @@ def space_time_scene(
     """
     plane = MapPlane.of(network)
     choice = Choice.of(network, coarser(states, network), plane, look)
-    frame = Frame.of(plane, choice.box, float(choice.grid.end[-1]))
+    end = float(choice.grid.end[-1])
+    frame = Frame.of(plane, choice.box, end, crowded=choice.is_crowded)
+    clock = look.clock([*choice.grid.begin, end])
     scale = Scale.of(look, choice)
-    pieces = Pieces.of(frame, choice.links)
+    pieces = Pieces.of(frame, choice.links, look.driving_side)
     ribbons, queues = walls_of(network, choice, scale, look)
     return {
         "title": f"{look.title}: slow links in space and time",
-        **place_parts(network, choice, frame, look),
-        "subtitle": _subtitle(network, choice, look),
+        **place_parts(network, states, frame, look),
+        "subtitle": _subtitle(network, choice, look, clock),
+        "attribution": look.attribution,
         "scale_title": scale.title,
         "scale_labels": np.array(scale.labels()),
         "scale_rgb": scale.rgb(),
-        **_boxes("ribbons", frame, pieces, ribbons, scale),
-        **_boxes("queues", frame, pieces, queues, scale),
+        **boxes("ribbons", frame, pieces, ribbons, scale.rgb()),
+        **boxes("queues", frame, pieces, queues, scale.rgb()),
         **_told(network, choice),
         **_walls_told(choice, frame, pieces, (ribbons, queues)),
-        "feet": _feet(frame, pieces, ribbons),
+        "feet": feet(frame, pieces, ribbons),
         **road_meshes(network, frame),
-        **_slow_roads(choice, pieces, scale, look),
-        **_trajectories(frame, ways or []),
-        **axes(frame, time_marks(frame, look), look.clock_title),
+        **_slow_roads(choice, frame, scale, look),
+        **trajectories_mesh(frame, ways or []),
+        **axes(frame, time_marks(frame, clock), title_of(clock)),
         "ground": frame.ground,
         "corners": frame.corners(),
         "height": frame.height,
         "duration": frame.duration,
         "plane": frame.upwards(_plane_time(choice, look)),
-        "plane_text": f"plane: {look.clock(_plane_time(choice, look))}",
+        "plane_text": f"plane: {clock.text(_plane_time(choice, look))}",
     }
 
 
@@ -119,10 +124,11 @@ def walls_of(network: Network, choice: Choice, scale: Scale, look: Look) -> tupl
     return ribbons, Walls(link, begin[bin_], end[bin_], tail, classes[link, bin_], half)
 
 
-def _boxes(name: str, frame: Frame, pieces: Pieces, walls: Walls, scale: Scale) -> dict[str, Any]:
+def boxes(name: str, frame: Frame, pieces: Pieces, walls: Walls, colours: Floats) -> dict[str, Any]:
+    """The mesh of walls; ``colours`` of their classes, 0 to 255, shape (classes, 3)."""
     corners, wall = pieces.boxes(frame, walls)
     points, faces = quads(corners)
-    rgb = np.repeat(scale.rgb()[walls.colour[wall]], 6, axis=0)
+    rgb = np.repeat(colours[walls.colour[wall]], 6, axis=0)
     return {f"{name}.points": points, f"{name}.faces": faces, f"{name}.rgb": rgb}
 
 
@@ -167,7 +173,7 @@ def _walls_told(
     }
 
 
-def _feet(frame: Frame, pieces: Pieces, ribbons: Walls) -> Floats:
+def feet(frame: Frame, pieces: Pieces, ribbons: Walls) -> Floats:
     """Upright lines under the middles of links whose lowest wall floats, shape (links, 2, 3)."""
     links, first = np.unique(ribbons.link, return_index=True)  # of a link in order of time
     top = frame.upwards(ribbons.begin[first])
@@ -179,21 +185,24 @@ def _feet(frame: Frame, pieces: Pieces, ribbons: Walls) -> Floats:
     return np.stack(ends, axis=1)
 
 
-def _slow_roads(choice: Choice, pieces: Pieces, scale: Scale, look: Look) -> dict[str, Any]:
-    """On the ground the worst state of links that have walls: what lies under them."""
-    links = choice.links
+def _slow_roads(choice: Choice, frame: Frame, scale: Scale, look: Look) -> dict[str, Any]:
+    """On the ground the worst state of all links that are slow at some time, with walls or not."""
+    links = np.concatenate([choice.on_ground(), choice.links])  # walls stand on what lies on top
     values = choice.percent if look.colour == "speed" else choice.density
     worst = np.nanmin if look.colour == "speed" else np.nanmax
     if not len(links):
         return empty_parts("slow")
+    pieces = Pieces.of(frame, links, look.driving_side)
     own = worst(np.where(choice.slow[links], values[links], np.nan), axis=1)
     rgb = np.repeat(scale.rgb()[scale.classes(own)], np.diff(pieces.first), axis=0)
-    ends = np.stack([pieces.begin, pieces.end], axis=1).reshape(-1, 2)
+    ends = np.stack([pieces.begin, pieces.end], axis=1)
+    inside = ((ends >= frame.ground[:2]) & (ends <= frame.ground[2:])).all(axis=(1, 2))
+    ends, rgb = ends[inside].reshape(-1, 2), rgb[inside]
     points = np.column_stack([ends, np.full(len(ends), 1e-4)])
     return lines_mesh("slow", points, np.arange(len(ends)).reshape(-1, 2), rgb)
 
 
-def _trajectories(frame: Frame, ways: list[Floats]) -> dict[str, Any]:
+def trajectories_mesh(frame: Frame, ways: list[Floats]) -> dict[str, Any]:
     """Ways of vehicles as lines."""
     points = np.concatenate([np.empty((0, 3)), *ways])
     counts = np.array([len(way) for way in ways], np.int64)
@@ -207,7 +216,7 @@ def _trajectories(frame: Frame, ways: list[Floats]) -> dict[str, Any]:
     return lines_mesh("trajectories", drawn, np.stack([rows, rows + 1], axis=1), rgb)
 
 
-def _subtitle(network: Network, choice: Choice, look: Look) -> str:
+def _subtitle(network: Network, choice: Choice, look: Look, clock: Clock) -> str:
     """What is drawn, of what, and the delay of all."""
     drawn, whole = choice.lost
     slow = int(choice.slow.any(axis=1).sum())
@@ -222,10 +231,15 @@ def _subtitle(network: Network, choice: Choice, look: Look) -> str:
     share = f", {drawn / whole:.0%} of all delay" if count < slow and whole > 0 else ""
     return (
         f"{links:,} links, {slow:,} of them slow at some time; walls: {which}{share}. "
-        f"Time lost on all links: {in_words(whole)}; most vehicles queue at "
-        f"{look.clock(choice.worst_time)}\nwall, by {bin_s / 60:g} min: {'; '.join(said)}. "
-        "On the ground: the worst state of the same links; grey: all others"
+        f"Time lost on all links: {in_words(whole * TIMES['h'])}; most vehicles queue at "
+        f"{clock.text(choice.worst_time)}\nwall, by {bin_s / 60:g} min: {'; '.join(said)}. "
+        "On the ground: the worst state of every slow link; grey: all others"
     )
+
+
+def title_of(clock: Clock) -> str:
+    """Of the axis: the zone of the time of day, or what is counted."""
+    return f"time, {clock.zone}" if clock.zone else "time, h:min"
 
 
 def _plane_time(choice: Choice, look: Look) -> float:

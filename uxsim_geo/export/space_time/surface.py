@@ -9,12 +9,13 @@ import pandas as pd
 
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.export.lost_time import in_words
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time.bins import coarser
 from uxsim_geo.export.space_time.choice import Choice
 from uxsim_geo.export.space_time.frame import Frame, axes
 from uxsim_geo.export.space_time.look import Look
-from uxsim_geo.export.space_time.places import in_words, place_parts
+from uxsim_geo.export.space_time.places import place_parts
 from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
 from uxsim_geo.export.space_time.scale import DENSITIES, Scale, round_above
 from uxsim_geo.network.network import Network
@@ -31,8 +32,7 @@ def surface_scene(network: Network, states: pd.DataFrame, look: Look) -> dict[st
     each link and smoothed. Without a CRS it is veh·h per cell of the terrain.
     """
     plane = MapPlane.of(network)
-    states = coarser(states, network)
-    choice = Choice.of(network, states, plane, look)
+    choice = Choice.of(network, coarser(states, network), plane, look)
     delay = StateGrid.of_all(states, network).values("delay").sum(axis=1) / 3600
     frame = Frame.of(plane, choice.box, 1.0)
     cell = frame.side / CELLS
@@ -44,9 +44,10 @@ def surface_scene(network: Network, states: pd.DataFrame, look: Look) -> dict[st
     marks = [(frame.height * k / steps, label) for k, label in enumerate(scale.labels())]
     return {
         "title": f"{look.title}: where time is lost",
-        **place_parts(network, choice, frame, look),
+        **place_parts(network, states, frame, look),
         "subtitle": f"Time lost over the whole run, {unit}, as height and colour: "
-        f"{in_words(float(delay.sum()))} in all",
+        f"{in_words(3600 * float(delay.sum()))} in all",
+        "attribution": look.attribution,
         "scale_title": scale.title,
         "scale_labels": np.array(scale.labels()),
         "scale_rgb": scale.rgb(),

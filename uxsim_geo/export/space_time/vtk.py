@@ -9,6 +9,7 @@ draws with; ``origin`` among the field data is that point in the projected CRS.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,19 +38,25 @@ FIGURES = ("begin_s", "end_s", "flow", "density", "speed", "delay", "queue", "qu
 
 
 def write_vtk(
-    path: Path, network: Network, states: pd.DataFrame, ways: list[Floats] | None = None
+    path: Path,
+    network: Network,
+    states: pd.DataFrame,
+    ways: list[Floats] | None = None,
+    attribution: str = "",
 ) -> None:
     """Write ``.vtp`` or ``.vtkhdf``, by the ending of ``path``.
 
     ``states`` as :func:`uxsim_geo.analysis.link_states.link_times` gives them, ``ways`` as
-    :func:`uxsim_geo.export.space_time.ways.sampled_ways` does. Raises
-    :class:`uxsim_geo.errors.InputError` for another ending or too many ribbons, and ValueError if
-    the network has no geometry.
+    :func:`uxsim_geo.export.space_time.ways.sampled_ways` does; ``attribution`` goes among the field
+    data. Raises :class:`uxsim_geo.errors.InputError` for another ending or too many ribbons, and
+    ValueError if the network has no geometry.
     """
     ending = checked_ending(path, ENDINGS, "a scene for ParaView")
     StateGrid.of_all(states, network)
     ground = _Ground.of(MapPlane.of(network))
     mesh = _mesh(network, states, ground, ways or [])
+    if attribution:
+        _add_texts(mesh, "attribution", [attribution])
     with replace_when_complete(path) as temporary:
         if ending == ".vtp":
             mesh.save(temporary)
@@ -108,9 +115,20 @@ def _mesh(network: Network, states: pd.DataFrame, ground: _Ground, ways: list[Fl
     mesh.cell_data["link"] = np.concatenate(number).astype(np.int32)
     for name, values in _figures(network, states).items():
         mesh.cell_data[name] = np.concatenate([np.full(len(counts), np.nan), values[row]])
-    mesh.field_data["link_id"] = network.links["link_id"].astype(str).to_numpy(str)
+    _add_texts(mesh, "link_id", network.links["link_id"].astype(str))
     mesh.field_data["origin"] = ground.origin
     return mesh
+
+
+def _add_texts(mesh: Any, name: str, texts: Iterable[str]) -> None:
+    """Add texts to the field data; VTK's own arrays take all letters, pyvista's ASCII alone."""
+    from vtkmodules.vtkCommonCore import vtkStringArray
+
+    array = vtkStringArray()
+    array.SetName(name)
+    for text in texts:
+        array.InsertNextValue(text)
+    mesh.GetFieldData().AddArray(array)
 
 
 def _cells(counts: Integers, first: int) -> Integers:

@@ -15,8 +15,9 @@ from uxsim_geo.analysis.samples import numbered_from
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.space_time.frame import Frame
+from uxsim_geo.network.driving_side import DrivingSide
 
-BESIDE = 0.003  # how far a link stands to the right of its road, as a part of the map's side
+BESIDE = 0.003  # how far a link stands beside the middle of its road, of the map's side
 RIBBON = 0.0011  # half the thickness of a ribbon, of that side
 QUEUE = 0.0026  # of the wall of a queue: thicker, and less than BESIDE
 SMOOTHED = 0.0005  # bends less wide than this are left out, of that side
@@ -61,14 +62,14 @@ class Pieces:
     first: Integers
 
     @classmethod
-    def of(cls, frame: Frame, links: Integers) -> Pieces:
-        """Links beside the middle of their roads, on the right, without their smallest bends."""
+    def of(cls, frame: Frame, links: Integers, side: DrivingSide) -> Pieces:
+        """Links beside the middle of their roads, where they are driven, but for smallest bends."""
         import shapely
 
-        aside = np.full(len(frame.plane.lines), BESIDE * frame.side)[links]
+        aside = np.full(len(links), BESIDE * frame.side)
         lines = type(frame.plane)(
             frame.plane.lines[links], frame.plane.points, frame.plane.metres_per_unit
-        ).to_the_right(aside)
+        ).beside(aside, side)
         smooth = shapely.simplify(lines, SMOOTHED * frame.side, preserve_topology=False)
         lines = np.where(shapely.is_empty(smooth), lines, smooth)  # of a line without length
         flat = LinkLines.of(lines)
