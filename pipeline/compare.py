@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.comparison_files import check_place, write_folder, write_tables
+from pipeline.comparison_files import (
+    FOLDER,
+    check_place,
+    write_folder,
+    write_tables,
+    write_views,
+)
 from pipeline.config_differences import Difference, Told, differences, differing_links
 from pipeline.finished import check_run, read_run
-from pipeline.measure import measure_options
+from pipeline.measure import measure_options, read_measures
 from pipeline.runs import RunFolder
 from pipeline.table_formats import write_csv
 from uxsim_geo.errors import Faults
 
 if TYPE_CHECKING:
     from pipeline.material import Material
-    from uxsim_geo.analysis.comparison.comparison import Comparison
+    from uxsim_geo.analysis.comparison.comparison import Comparison, Facts
     from uxsim_geo.analysis.comparison.measured import Measured
+    from uxsim_geo.export.comparison.study import Study
 
 DIFFERENCES = "config_differences.csv"
+#: how it came to what could not be written
+ERRORS = "errors.log"
 
 
 @dataclass(frozen=True)
@@ -80,9 +90,36 @@ def compare_runs(a: Path, b: Path, bin_s: float | None = None) -> ComparedRuns:
     )
 
 
-def write_compared_runs(compared: ComparedRuns, path: Path) -> None:
-    """Write a folder of tables, sentences and layers; it takes its name when it is complete."""
-    write_folder(path, lambda folder: _write(compared, folder))
+def compare_pairs(pairs: Iterable[tuple[RunFolder, RunFolder]], facts: Facts) -> Comparison:
+    """Compare measured runs, (base, scenario) of one seed each; two are held at a time.
+
+    Raises :class:`uxsim_geo.errors.InputError` for folders without measures, and for runs that
+    cannot be compared.
+    """
+    from uxsim_geo.analysis.comparison.comparing import compare
+
+    return compare(((read_measures(base), read_measures(other)) for base, other in pairs), facts)
+
+
+def write_compared_runs(compared: ComparedRuns, path: Path, *, tables_alone: bool) -> list[str]:
+    """Write a folder of tables and sentences, and, unless ``tables_alone``, of all that shows them.
+
+    The folder takes its name when it is complete; an earlier comparison there is replaced. Returns
+    what could not be written, a line each.
+    """
+    problems: list[str] = []
+    details: list[str] = []
+
+    def write(folder: Path) -> None:
+        write_tables([compared.comparison], folder)
+        _write_differences(compared.differences, folder / FOLDER / DIFFERENCES)
+        if not tables_alone:
+            problems.extend(write_views(_as_study(compared), folder, details.append))
+        if details:
+            (folder / ERRORS).write_text("\n".join(details), encoding="utf-8")
+
+    write_folder(path, write)
+    return problems
 
 
 def place_of(a: Path, b: Path, out: Path | None) -> Path:
@@ -96,12 +133,22 @@ def place_of(a: Path, b: Path, out: Path | None) -> Path:
     return path
 
 
-def _write(compared: ComparedRuns, folder: Path) -> None:
+def _write_differences(found: list[Difference], path: Path) -> None:
     import pandas as pd
 
-    write_tables([compared.comparison], folder)
-    table = pd.DataFrame(compared.differences, columns=list(Difference._fields), dtype="str")
-    write_csv(table, folder / DIFFERENCES)
+    write_csv(pd.DataFrame(found, columns=list(Difference._fields), dtype="str"), path)
+
+
+def _as_study(compared: ComparedRuns) -> Study:
+    """Two runs as a study of one scenario, whose edits are what differs in the configurations."""
+    from pipeline.results_files import describe
+    from uxsim_geo.export.comparison.study import Scenario, Study
+
+    facts = compared.comparison.facts
+    edits = [str(difference) for difference in compared.differences]
+    scenario = Scenario(facts.scenario, edits, compared.scenario.network, compared.comparison)
+    about = replace(describe(compared.base), name=f"{facts.scenario} against {facts.base}")
+    return Study(about, compared.base.network, [scenario], base_name=facts.base)
 
 
 def _measured(material: Material, told: Told, bin_s: float | None, warnings: list[str]) -> Measured:

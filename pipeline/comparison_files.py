@@ -1,13 +1,17 @@
-"""Comparisons as files: a folder of tables and sentences that appears when it is complete."""
+"""Comparisons as files: tables, sentences, layers, a page and pictures."""
 
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.report import in_words
 from pipeline.table_formats import write_csv
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
@@ -16,21 +20,45 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from uxsim_geo.analysis.comparison.comparison import Comparison
+    from uxsim_geo.export.comparison.study import Study
 
-#: in a folder of comparisons, by which it is known as such
+#: of tables and pictures, beside page and GeoPackage
+FOLDER = "comparison"
+#: in it, by which a folder of comparisons is known as such
 FACTS = "comparison.json"
 SENTENCES = "summary.txt"
+
+
+def write_views(study: Study, folder: Path, log: Callable[[str], None]) -> list[str]:
+    """Write layers, page and pictures of a study; what could not be written, a line each.
+
+    How it came to that is handed to ``log``. All else is written. Files take their names when they
+    are complete.
+    """
+    from uxsim_geo.export.comparison.files import study_writers
+
+    problems: list[str] = []
+    for name, write in study_writers(study).items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            write(path)
+        except Exception as error:  # noqa: BLE001  told, and the command fails by it
+            problems += [f"{name} could not be written: {what}" for what in in_words(error)]
+            log("".join(traceback.format_exception(error)))
+    return problems
 
 
 def write_tables(comparisons: Sequence[Comparison], folder: Path) -> list[str]:
     """Write every table of some comparisons as CSV, those of one kind into one file.
 
-    The first column names the scenario. Beside them: sentences, and facts as JSON. Returns the
-    names of the files; the folder must exist.
+    They go into a folder of their own there, and their first column names the scenario. Beside
+    them: sentences, and facts as JSON. Returns the names of the files in ``folder``.
     """
     import pandas as pd
 
-    names = []
+    names, folder = [], folder / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
     for table in tables_of(comparisons[0]):
         parts = [_with_scenario(getattr(one, table), one) for one in comparisons]
         write_csv(pd.concat(parts, ignore_index=True), folder / f"{table}.csv")
@@ -39,7 +67,7 @@ def write_tables(comparisons: Sequence[Comparison], folder: Path) -> list[str]:
     facts = [_facts(one) for one in comparisons]
     text = json.dumps({"comparisons": facts}, indent=1, ensure_ascii=False, allow_nan=False)
     _write_text(folder / FACTS, text + "\n")
-    return [*names, SENTENCES, FACTS]
+    return [f"{FOLDER}/{name}" for name in (*names, SENTENCES, FACTS)]
 
 
 def tables_of(comparison: Comparison) -> list[str]:
@@ -63,9 +91,6 @@ def write_folder(path: Path, write: Callable[[Path], object]) -> None:
     An earlier comparison of that name is replaced. Raises
     :class:`uxsim_geo.errors.InputError` where something else is in the way.
     """
-    import os
-    import shutil
-
     check_place(path)
     new, old = (path.with_name(f".{path.name}.{word}{os.getpid()}") for word in ("part", "old"))
     try:
@@ -89,7 +114,7 @@ def check_place(path: Path) -> None:
     what = ""
     if path.exists() and not path.is_dir():
         what = "is a file; name a folder"
-    elif path.is_dir() and any(path.iterdir()) and not (path / FACTS).is_file():
+    elif path.is_dir() and any(path.iterdir()) and not (path / FOLDER / FACTS).is_file():
         what = "holds other files than those of a comparison; choose another --out"
     if what:
         raise InputError([Fault(what, str(path))])

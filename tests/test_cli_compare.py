@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -11,12 +12,15 @@ from small_run import CONFIG, run_small, write_small_run
 
 from pipeline import ingest, measure, simulate
 from pipeline.cli import main
-from pipeline.compare import compare_runs
+from pipeline.compare import compare_pairs, compare_runs
 from pipeline.config_file import load_config
 from pipeline.progress import Silence
 from pipeline.runs import RunFolder
 from pipeline.stages import Run
+from uxsim_geo.analysis.comparison.comparison import Facts
 from uxsim_geo.errors import InputError
+from uxsim_geo.export.comparison import files
+from uxsim_geo.export.comparison.study import Study
 
 CLOSED = CONFIG.replace("name: small", "name: closed").replace(
     "  duration_s: 1200\n",
@@ -31,6 +35,11 @@ def run_of(folder: Path, config: str) -> Path:
     return folder / "runs" / config.split()[1]
 
 
+def tables(*arguments: object) -> int:
+    """The exit status of a comparison without pictures."""
+    return main(["compare", "--tables-alone", *map(str, arguments)])
+
+
 @pytest.fixture
 def runs(tmp_path: Path) -> tuple[Path, Path]:
     return run_of(tmp_path, CONFIG), run_of(tmp_path, CLOSED)
@@ -39,13 +48,16 @@ def runs(tmp_path: Path) -> tuple[Path, Path]:
 def test_tables_and_sentences_of_two_runs(
     runs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["compare", *map(str, runs)]) == 0
+    assert tables(*runs) == 0
     said = capsys.readouterr()
     assert said.err == ""
     assert 'simulate.control.closures.0: – in A, {"links": ["3-4"]' in said.out
     assert "closed against small, one pair of runs, 1,200 s each:" in said.out
     assert "vehicles unfinished: +" in said.out
     out = runs[0].parent / "closed_against_small"
+    assert main(["inspect", str(out)]) == 0
+    assert capsys.readouterr().out.startswith("closed against small, one pair of runs, 1,200 s")
+    out = out / "comparison"
     names = {path.name for path in out.iterdir()}
     assert {"totals.csv", "links.csv", "trips.csv", "summary.txt", "comparison.json"} <= names
     links = pd.read_csv(out / "links.csv").set_index("link_id")
@@ -60,7 +72,7 @@ def test_tables_and_sentences_of_two_runs(
 
 
 def test_a_run_and_itself(runs: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["compare", str(runs[0]), str(runs[0])]) == 0
+    assert tables(runs[0], runs[0]) == 0
     said = capsys.readouterr().out
     assert "Both runs were told the same." in said
     assert "No figure differs at all." in said
@@ -71,11 +83,41 @@ def test_the_same_comparison_is_the_same_bytes_and_replaces_itself(
 ) -> None:
     out = tmp_path / "found"
     for _ in range(2):
-        assert main(["compare", *map(str, runs), "--out", str(out)]) == 0
-    assert main(["compare", *map(str, runs), "--out", str(tmp_path / "other")]) == 0
-    for path in out.iterdir():
-        assert path.read_bytes() == (tmp_path / "other" / path.name).read_bytes()
+        assert tables(*runs, "--out", out) == 0
+    assert tables(*runs, "--out", tmp_path / "other") == 0
+    for path in (out / "comparison").iterdir():
+        assert path.read_bytes() == (tmp_path / "other" / "comparison" / path.name).read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
+
+
+def test_layers_and_page_lie_beside_and_what_fails_is_told_without_the_rest(
+    runs: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real = files.study_writers
+
+    def some_writers(study: Study) -> dict[str, Callable[[Path], None]]:
+        def fail(path: Path) -> None:
+            raise RuntimeError(f"no room for {path.name}")
+
+        found = real(study)
+        assert study.scenarios[0].edits[0].startswith("simulate.control.closures.0: ")
+        names = ("comparison.gpkg", "comparison.html")
+        return {"comparison/bad.png": fail} | {name: found[name] for name in names}
+
+    monkeypatch.setattr(files, "study_writers", some_writers)
+    assert main(["compare", *map(str, runs)]) == 1
+    said = capsys.readouterr()
+    assert said.err == "error: comparison/bad.png could not be written: no room for bad.png\n"
+    assert "vehicles unfinished: +" in said.out
+    out = runs[0].parent / "closed_against_small"
+    assert sorted(path.name for path in out.iterdir()) == [
+        "comparison",
+        "comparison.gpkg",
+        "comparison.html",
+        "errors.log",
+    ]
+    assert "RuntimeError" in (out / "errors.log").read_text(encoding="utf-8")
+    assert "closed against small" in (out / "comparison.html").read_text(encoding="utf-8")
 
 
 def test_a_folder_of_something_else_is_left_alone(
@@ -83,17 +125,17 @@ def test_a_folder_of_something_else_is_left_alone(
 ) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear", encoding="utf-8")
-    assert main(["compare", *map(str, runs), "--out", str(tmp_path / "mine")]) == 2
+    assert tables(*runs, "--out", tmp_path / "mine") == 2
     assert "holds other files than those of a comparison" in capsys.readouterr().err
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["letter.txt"]
-    assert main(["compare", *map(str, runs), "--out", str(tmp_path / "net.tntp")]) == 2
+    assert tables(*runs, "--out", tmp_path / "net.tntp") == 2
     assert "is a file" in capsys.readouterr().err
 
 
 def test_what_is_no_finished_run_is_told_for_both(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b")]) == 2
+    assert tables(tmp_path / "a", tmp_path / "b") == 2
     said = capsys.readouterr().err
     assert said.count("is no run: it holds no readable manifest.json") == 2
 
@@ -176,6 +218,9 @@ def test_the_stage_leaves_what_comparisons_read_and_knows_when_it_is_up_to_date(
     found = measure.read_measures(folder)
     assert found.links["link_id"].tolist() == ["1-3", "3-4", "4-2"]
     assert found.bin_s == 300.0
+    compared = compare_pairs([(folder, folder), (folder, folder)], Facts("base", "same"))
+    assert (compared.totals["difference"] == 0.0).all()
+    assert len(compared.seeds) == 2
     record = folder.read_manifest().stages["measure"]
     assert set(record.outputs) == {
         path.relative_to(folder.path).as_posix() for path in (folder / "measures").iterdir()

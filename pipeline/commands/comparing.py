@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.commands.arguments import above_0
-from pipeline.commands.status import DONE
+from pipeline.commands.status import DONE, FAILED
 from pipeline.lines import show
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ def add_commands(commands: Commands) -> None:
     add("--out", type=Path, metavar="DIR", help=text)
     text = "length of the time bins, s; default: measure.bin_s of RUN_A"
     add("--bin-s", type=above_0, metavar="N", help=text)
+    text = "tables and sentences alone, without layers, page and pictures"
+    add("--tables-alone", action="store_true", help=text)
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -35,7 +37,7 @@ def _compare(options: argparse.Namespace) -> int:
 
     place = place_of(options.a, options.b, options.out)
     compared = compare_runs(options.a, options.b, options.bin_s)
-    write_compared_runs(compared, place)
+    problems = write_compared_runs(compared, place, tables_alone=options.tables_alone)
     for warning in compared.warnings:
         show(warning, sys.stderr)
     for difference in compared.differences:
@@ -43,4 +45,6 @@ def _compare(options: argparse.Namespace) -> int:
     if not compared.differences:
         show("Both runs were told the same.", sys.stdout)
     show(f"\n{sentences(compared.comparison)}\n\n{place}", sys.stdout)
-    return DONE
+    for problem in problems:
+        show(f"error: {problem}", sys.stderr)
+    return FAILED if problems else DONE
