@@ -18,6 +18,7 @@ from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
 from pipeline.edits_config import TableEdit
 from pipeline.ingest_config import IngestSection
+from pipeline.measure_config import MeasureSection
 from pipeline.plot_config import PlotEntry
 from pipeline.space_time_config import SpaceTimeSection
 from uxsim_geo.network.driving_side import DrivingSide
@@ -195,4 +196,7 @@ class Config(LocatedSection):
     simulate: SimulateSection = Field(description="section: how the traffic is simulated")
     report: ReportSection = Field(
         ReportSection(), description="section: what is made of the results"
+    )
+    measure: MeasureSection = Field(
+        MeasureSection(), description="section: what the run is compared with others by"
     )
