@@ -11,6 +11,7 @@ from chromium import Tab, opened
 from shown_study import EVIL, study
 
 from uxsim_geo.export.comparison.page import write_comparison_page
+from uxsim_geo.export.comparison.words import number
 
 SHOWN = "document.documentElement.dataset.shown"
 DETAILS = "document.getElementById('details').textContent"
@@ -105,7 +106,7 @@ def test_search_finds_a_link_and_tells_both_values_and_the_interval(tab: Tab) ->
         if wanted == "AB":
             told = tab.run(DETAILS)
             table = study().compared[0].comparison.links.set_index("link_id").loc["ab"]
-            low, high = (f"−{abs(table[f'delay_veh_h_{end}']):.2f}" for end in ("low", "high"))
+            low, high = (number(table[f"delay_veh_h_{end}"]) for end in ("low", "high"))
             assert f"({low} to {high})" in told
         if wanted == "bd":
             assert "there is nothing to compare" in tab.run(DETAILS)

@@ -36,7 +36,7 @@ def test_intervals_are_drawn_from_end_to_end() -> None:
     figure = intervals_figure(shown)
     totals = shown.compared[0].comparison.totals.set_index("figure").loc["total_delay_veh_h"]
     ends = [100 * totals[name] / totals["base"] for name in ("low", "high")]
-    lines = [line.get_xdata().tolist() for line in figure.axes[0].lines]
+    lines = [list(line.get_xdata()) for line in figure.axes[0].lines]
     assert any(np.allclose(line, ends) for line in lines if len(line) == 2)
     assert "nothing" in texts(figure)
 

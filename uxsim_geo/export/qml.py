@@ -110,7 +110,10 @@ def _add_line_symbol(symbols: Element, name: str, colour: str, lines: Lines) -> 
 
 
 class LineLook(NamedTuple):
-    """How a line is drawn: width in mm, and opacity 0 to 100, are expressions; dashes in mm."""
+    """How a line is drawn: width in mm, opacity 0 to 100 and room are expressions; dashes in mm.
+
+    ``room`` is left between it and the road, mm: for what lies there.
+    """
 
     colour: str
     width: str
@@ -118,6 +121,7 @@ class LineLook(NamedTuple):
     alpha: float = 1.0
     opacity: str = ""
     dashes: str = ""
+    room: str = "0"
 
 
 class Rule(NamedTuple):
@@ -167,6 +171,8 @@ def _add_line(symbols: Element, name: str, look: LineLook) -> None:
     _add_properties(layer, properties)
     # a positive offset lies to the right of the line's direction
     offset = f"0.15 + ({look.width}) / 2"
+    if look.room != "0":
+        offset = f"{offset} + ({look.room})"
     offsets = {"right": offset, "left": f"-({offset})"}
     told = {"outlineWidth": look.width}
     if look.side in offsets:

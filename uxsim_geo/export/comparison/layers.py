@@ -33,7 +33,7 @@ def links_layer(base: Network, scenario: Scenario) -> pd.DataFrame:
     rows = pd.Index(joined["link_id"].astype(str)).get_indexer(pd.Index(found["link_id"]))
     links = joined.iloc[rows].reset_index(drop=True)
     layer = pd.DataFrame({"link_id": found["link_id"].astype(str)})
-    for name in ("from_node_id", "to_node_id", "name", "road_class"):
+    for name in ("from_node_id", "to_node_id", "name", "ref", "road_class"):
         given = links[name] if name in links else pd.Series(pd.NA, index=links.index)
         layer[name] = given.astype("string")
     layer["length_m"], layer["lanes"] = links["length"], links["lanes"]

@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 #: letters of a scenario's name on an axis, and of a line of a legend beside a map
 LONGEST, WIDEST_LABEL = 26, 18
 
+#: line along an edited link, points
+EDGE = 1.2
+
 #: what may be chance, as in the GeoPackage
 PERHAPS = 0.3
 
@@ -138,14 +141,14 @@ def _draw_changes(
 
 
 def _draw_marks(sheet: MapSheet, links: pd.DataFrame, widths: Floats) -> None:
-    """Edited links framed, removed ones dashed, added ones gold."""
+    """Edited links with a black outer edge, removed ones dashed, added ones gold."""
     from matplotlib.collections import LineCollection
 
     both = (links["exists"] == "both").to_numpy()
     edited = both & links["changed"].fillna(False).to_numpy(bool)
     wide = 0.7 * sheet.widest
     looks: list[tuple[Any, dict[str, Any]]] = [
-        (edited, {"colors": REMOVED, "linewidths": widths[edited] + 1.6, "zorder": 1.5}),
+        (edited, {"colors": REMOVED, "linewidths": EDGE, "zorder": 3}),
         ((links["exists"] == "base").to_numpy(), {**_REMOVED, "linewidths": wide, "zorder": 3}),
         (
             (links["exists"] == "scenario").to_numpy(),
@@ -153,7 +156,7 @@ def _draw_marks(sheet: MapSheet, links: pd.DataFrame, widths: Floats) -> None:
         ),
     ]
     for which, style in looks:
-        beside = sheet.beside(np.where(both, widths, wide))[which]
+        beside = sheet.beside(np.where(both, 2 * widths + EDGE, wide))[which]
         sheet.axes.add_collection(LineCollection(points_of(beside), capstyle="butt", **style))
 
 
@@ -172,7 +175,7 @@ def _draw_legend(sheet: MapSheet, links: pd.DataFrame, number: Integers, shown: 
     there = links["exists"]
     edited = (there == "both") & links["changed"].fillna(False).to_numpy(bool)
     extra: list[tuple[bool, dict[str, Any], str]] = [
-        (bool(edited.any()), {"color": REMOVED, "linewidth": wide}, EDITED),
+        (bool(edited.any()), {"color": REMOVED, "linewidth": EDGE}, EDITED),
         (bool((there == "base").any()), {"color": REMOVED, "linestyle": "--"}, ONLY_BASE),
         (bool((there == "scenario").any()), {"color": ADDED, "linewidth": wide}, ONLY_SCENARIO),
         (bool((number == -1).any()), {"color": UNKNOWN, "linestyle": ":"}, NOT_COMPARED),

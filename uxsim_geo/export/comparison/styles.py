@@ -69,8 +69,9 @@ def _rules(shown: Shown, side: qml.Side, *, in_time: bool) -> Iterator[Rule]:
     name = shown.quantity.name
     value = f'"{name}_relative" * 100' if shown.relative else f'"{name}_difference"'
     width, both = _width(shown), "\"exists\" = 'both'"
-    casing = LineLook(EDGE, f"({width}) + 0.7", side)
-    yield Rule(f'{both} and "changed"', EDITED, casing)
+    # along the outer edge: under a pale line it would darken that
+    edge = LineLook(EDGE, "0.5", side, room=width)
+    yield Rule(f'{both} and "changed"', EDITED, edge)
     yield from _looks(shown, value, width, side, _opacity(name, in_time=in_time), both)
     yield _unknown(f"{both} and ({value}) is null", side)
     # added beside what is compared: never as a change of 0
