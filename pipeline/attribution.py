@@ -33,4 +33,4 @@ def licence(config: Config) -> str:
     """On what terms the data of its sources may be shared; empty: none that is known."""
     if config.ingest.format == "osm":
         return ODBL
-    return "for academic research only" if owners(config.ingest) else ""
+    return read_collection().terms if owners(config.ingest) else ""
