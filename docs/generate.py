@@ -15,6 +15,8 @@ from pipeline.config import Config
 from pipeline.config_file import sections_in
 from pipeline.config_keys import ChosenLinks, Period
 from pipeline.demand_config import PlacesSection, ZonesSection
+from pipeline.edits_config_demand import ChosenTrips
+from pipeline.edits_config_network import LinkAttributes
 from uxsim_geo.export.columns import LAYERS, Layer
 from uxsim_geo.export.comparison.columns import OF_ALL, OF_SCENARIO
 
@@ -34,6 +36,8 @@ SHARED: dict[type[BaseModel], str] = {
     Period: "Periods",
     PlacesSection: "Places of demand",
     ZonesSection: "Zones",
+    LinkAttributes: "Attributes of links",
+    ChosenTrips: "Chosen trips",
 }
 
 #: what stands between these lines of pages about layers is made here

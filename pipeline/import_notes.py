@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.attribution import owners
 from pipeline.config import Config
+from uxsim_geo.network.note_words import percent
 from uxsim_geo.network.ready_options import ReadyOptions
 
 if TYPE_CHECKING:
@@ -62,19 +63,17 @@ def write_page(config: Config, network: Network, demand: Demand, path: Path) -> 
 
 def summary_rows(network: Network) -> list[tuple[str, ...]]:
     """What is given, assumed and doubtful, in a few rows: name, figures, what they are of."""
-    from uxsim_geo.network.import_shares import (
-        percent,
-        shares_by_class,
-        shares_of_all,
-        short_links,
-    )
+    from uxsim_geo.network.import_shares import shares_by_class, shares_of_all, short_links
 
     links = network.links
-    classes = shares_by_class(links).head(CLASSES_SHOWN).to_dict("records")
+    classes = shares_by_class(links).to_dict("records")
     whole = shares_of_all(links)
     rows = [("given by the source", *_shares(whole))]
     if len(classes) > 1:
-        rows += [(f"  {row['road_class']}", *_shares(row)) for row in classes]
+        rows += [(f"  {row['road_class']}", *_shares(row)) for row in classes[:CLASSES_SHOWN]]
+    if len(classes) > CLASSES_SHOWN:
+        km = sum(row["km"] for row in classes[CLASSES_SHOWN:])
+        rows.append((f"  {len(classes) - CLASSES_SHOWN} more", f"see {PAGE}", f"of {km:,.1f} km"))
     short = len(short_links(network, ReadyOptions.step))
     share = percent(short / len(links)) if len(links) else "–"
     rows.append(
@@ -84,8 +83,6 @@ def summary_rows(network: Network) -> list[tuple[str, ...]]:
 
 
 def _shares(row: Mapping[Any, Any]) -> tuple[str, str]:
-    from uxsim_geo.network.import_shares import percent
-
     lanes, speed = percent(row["lanes_given"]), percent(row["free_speed_given"])
     return f"lanes {lanes}, speed {speed}", f"of {row['km']:,.1f} km"
 
@@ -93,7 +90,7 @@ def _shares(row: Mapping[Any, Any]) -> tuple[str, str]:
 def _told(notes: pd.DataFrame) -> Iterator[tuple[str, str, str]]:
     """How the network hangs together, and how many doubts there are of each kind."""
     from uxsim_geo.network.doubts import CONNECTIONS, DOUBTS
-    from uxsim_geo.network.import_shares import number_of_spots, percent
+    from uxsim_geo.network.import_shares import number_of_spots
 
     looked = notes[notes["topic"] == CONNECTIONS]
     for value, note in zip(looked["value"], looked["note"], strict=True):

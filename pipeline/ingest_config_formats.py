@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from pipeline.config_keys import (
     CacheFolder,
@@ -19,6 +19,7 @@ from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.network.driving_side import DrivingSide
 from uxsim_geo.network.gmns_options import MOTOR_USES, GmnsOptions
 from uxsim_geo.network.mapped_options import ColumnMapping, Direction
+from uxsim_geo.network.osm_defaults import fault_of_country
 from uxsim_geo.network.osm_options import PUBLIC_ROADS, Barriers, BusLanes, OsmOptions
 from uxsim_geo.network.osm_query import OsmQuery
 from uxsim_geo.network.osm_servers import Servers
@@ -67,11 +68,6 @@ class OsmSection(Section):
     road_classes: tuple[str, ...] = Field(
         PUBLIC_ROADS, strict=False, description="values of the tag highway that become links"
     )
-    country: str = Field(
-        "default",
-        description="whose speeds and lanes are assumed where the file has none: default, or a "
-        "code as DE",
-    )
     driving_side: DrivingSide | None = Field(
         None,
         description="noted with the import, maps show traffic there; none: that of the country",
@@ -93,6 +89,11 @@ class OsmSection(Section):
     zone_table: InputFile | None = Field(
         None, description="CSV that overrides the speeds of zones such as DE:urban"
     )
+    country: str = Field(
+        "default",
+        description="whose speeds and lanes are assumed where the file has none: default, or a "
+        "code as DE",
+    )
     signal_distance_m: float = Field(
         50.0, gt=0, description="a signal before a junction belongs to it within this distance, m"
     )
@@ -101,6 +102,16 @@ class OsmSection(Section):
         gt=0,
         description="a packed file may unpack to so many MB; none: 100 times its size, at least 32",
     )
+
+    @field_validator("country")
+    @classmethod
+    def _is_known(cls, country: str, info: ValidationInfo) -> str:
+        # the tables stand before it, since countries of one's own are in them
+        tables = (info.data.get("class_table"), info.data.get("zone_table"))
+        what = fault_of_country(country, *tables)
+        if what is not None:
+            raise ValueError(what)
+        return country
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:

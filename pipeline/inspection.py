@@ -13,14 +13,20 @@ from pipeline.import_notes import summary_rows
 from pipeline.ingest import DEMAND_NOTES, NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
+from pipeline.warned import warnings_in
 from uxsim_geo.errors import Fault, Faults, InputError
+from uxsim_geo.network.note_words import notes_in_words
+from uxsim_geo.network.rows import count
 from uxsim_geo.network.units import KMH, LENGTHS, PER_HOUR, PER_KM
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: rows of a table that fit a screen
+#: topics of notes that fit a screen
 ROWS_SHOWN = 8
+
+#: the notes of a network, in its folder
+NOTES = "import_notes.parquet"
 
 
 def inspect_path(path: Path) -> str:
@@ -59,7 +65,7 @@ def describe_run(path: Path) -> str:
         parts.append(describe_network(path / NETWORK))
     if (path / DEMAND_NOTES).is_file():
         (notes,) = read_tables(path / DEMAND_NOTES)
-        parts.append(_notes("demand notes", notes))
+        parts.append(_notes("demand notes", notes, path / DEMAND_NOTES))
     return "\n\n".join(filter(None, parts))
 
 
@@ -89,7 +95,7 @@ def describe_network(path: Path) -> str:
     told = network.notes[network.notes["severity"] != "doubt"]
     summary = align(summary_rows(network))
     return "\n\n".join(
-        [f"network {path}", align(rows), summary, _notes("import notes", told)]
+        [f"network {path}", align(rows), summary, _notes("import notes", told, path / NOTES)]
     ).rstrip()
 
 
@@ -136,12 +142,30 @@ def describe_comparison(path: Path) -> str:
     return (path / FOLDER / SENTENCES).read_text(encoding="utf-8").rstrip("\n")
 
 
+def describe_notes(path: Path) -> str:
+    """All notes in words, those that differ in their values alone together; warnings first."""
+    from uxsim_geo.parquet import read_tables
+
+    (notes,) = read_tables(path)
+    groups = notes.groupby(["severity", "topic", "note"], sort=False)
+    rows = []
+    for _, same in groups:
+        severity, topic, note = (str(same[name].iloc[0]) for name in ("severity", "topic", "note"))
+        words = notes_in_words(note, same["value"])
+        if len(same) == 1 and not same["element_id"].isna().any():
+            words = f"{same['element'].iloc[0]} {same['element_id'].iloc[0]}: {words}"
+        rows.append((f"{len(same):,}", severity, topic, words))
+    rows.sort(key=lambda row: row[1] != "warning")
+    return f"{path}, {len(notes):,} notes\n\n{align(rows, right=(0,))}"
+
+
 #: what a path must be, and the function that describes it; the first that fits is taken
 DESCRIPTIONS: Sequence[tuple[Callable[[Path], bool], Callable[[Path], str]]] = (
     (lambda path: (path / MANIFEST).is_file(), describe_run),
     (lambda path: (path / "links.parquet").is_file(), describe_network),
     (lambda path: (path / FOLDER / SENTENCES).is_file(), describe_comparison),
     (lambda path: path.is_file() and path.suffix == ".gpkg", describe_geopackage),
+    (lambda path: path.is_file() and path.name in (NOTES, DEMAND_NOTES), describe_notes),
     (lambda path: path.is_file() and path.suffix == ".parquet", describe_table),
 )
 
@@ -195,12 +219,24 @@ def _missing(values: pd.Series[Any]) -> str:
     return f"{missing:,} empty" if missing else ""
 
 
-def _notes(title: str, notes: pd.DataFrame) -> str:
+def _notes(title: str, notes: pd.DataFrame, table: Path) -> str:
+    """Topics by their number, all warnings before the rest, in words; how to see what is left."""
     counts = Counter(zip(notes["severity"], notes["topic"], strict=True))
-    rows = [(f"{count:,}", *key) for key, count in counts.most_common(ROWS_SHOWN)]
-    return f"{title}\n{align(rows, right=(0,))}" if rows else ""
+    order = sorted(counts.items(), key=lambda entry: (entry[0][0] != "warning", -entry[1]))
+    warned = sum(severity == "warning" for severity, _ in counts)
+    shown = order[: max(ROWS_SHOWN, warned)]
+    rows = [(f"{number:,}", *key) for key, number in shown]
+    more = len(order) - len(shown)
+    rest = (
+        [f"and {count(more, 'more topic')}; all notes: uxsim-geo inspect {table}"] if more else []
+    )
+    told = [align(rows, right=(0,)), *rest, *warnings_in(notes)]
+    return "\n".join([title, *told]) if rows else ""
 
 
 def _shortened(names: Iterable[str], limit: int = 60) -> str:
     text = ", ".join(map(str, names))
-    return text if len(text) <= limit else f"{text[: limit - 2].rpartition(',')[0]} …"
+    if len(text) <= limit:
+        return text
+    shown = text[: limit - 2].rpartition(",")[0]
+    return f"{shown} … {text.count(',') - shown.count(',')} more"

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 #: the key that names the cache, whose other files are no inputs of a run
 CACHE = "osm.cache"
 
+#: the name of the input that was downloaded
+DOWNLOAD = "osm.download"
+
 
 def downloaded_files(section: OsmSection | None) -> dict[str, Path]:
     """Return the download that a run reads, by a name; nothing where it reads none."""
@@ -23,7 +26,7 @@ def downloaded_files(section: OsmSection | None) -> dict[str, Path]:
     if section is None or query is None:
         return {}
     path = _folder(section) / query.file_name()
-    return {"osm.download": path} if path.is_file() else {}
+    return {DOWNLOAD: path} if path.is_file() else {}
 
 
 def fetch_roads(section: OsmSection, say: Callable[[str], None]) -> None:

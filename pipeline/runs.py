@@ -44,6 +44,8 @@ class StageRecord:
         why outputs are missing; empty where the stage is complete
     started, wall_s
         when it ran (UTC), and for how many seconds
+    versions
+        of the libraries that it ran with, by their names
     """
 
     settings: dict[str, Any] = field(default_factory=dict)
@@ -53,6 +55,7 @@ class StageRecord:
     problems: list[str] = field(default_factory=list)
     started: str = ""
     wall_s: float = 0.0
+    versions: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

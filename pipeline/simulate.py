@@ -31,8 +31,8 @@ SPEED_LIMITS = "speed_limits.parquet"
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
     tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "movements"))
     files = {name: folder / name for name in (*tables, ingest.DEMAND)}
-    if (folder / SIGNALS).is_file():
-        files[SIGNALS] = folder / SIGNALS
+    sometimes = (SIGNALS, ingest.DEMAND_CHANGES)
+    files |= {name: folder / name for name in sometimes if (folder / name).is_file()}
     areas = dict.fromkeys(files_in(config.simulate))
     return files | {f"area.{number}": path for number, path in enumerate(areas)}
 

@@ -6,7 +6,7 @@ import hashlib
 import platform
 import shlex
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from functools import cache
@@ -92,6 +92,9 @@ class Stage:
     prepare
         sees to it that inputs which are downloaded are there, before it is asked whether the stage
         is up to date
+    downloads
+        beginnings of the names of inputs that are downloaded: where such are gone and all else is
+        as it was, the stage counts as up to date, and they are not downloaded again
     """
 
     name: str
@@ -99,6 +102,7 @@ class Stage:
     inputs: Callable[[Config, RunFolder], dict[str, Path]]
     run: Callable[[Task], Outcome]
     prepare: Callable[[Config, Watch], None] | None = None
+    downloads: Callable[[Config], tuple[str, ...]] = lambda _config: ()
 
 
 @dataclass(frozen=True)
@@ -123,10 +127,13 @@ class Run:
         problems: list[str] = []
         names = [stage.name for stage in self.stages]
         for stage in self.stages[: names.index(last) + 1]:
-            if stage.prepare is not None:
+            gone = [] if force else self._gone_downloads(stage)
+            if stage.prepare is not None and not gone:
                 stage.prepare(self.config, self.watch)
             if not force and self.is_current(stage):
-                self.watch.say(f"{stage.name}: up to date")
+                self.watch.say(
+                    "; ".join([f"{stage.name}: up to date", *self._remarks(stage, gone)])
+                )
             else:
                 problems += self._execute(stage)
         return problems
@@ -138,10 +145,31 @@ class Run:
             return False
         inputs = stage.inputs(self.config, self.folder)
         return (
-            inputs.keys() == record.inputs.keys()
+            inputs.keys() <= record.inputs.keys()
+            and all(self._may_be_gone(stage, name) for name in record.inputs.keys() - inputs.keys())
             and all(is_unchanged(record.inputs[name], path) for name, path in inputs.items())
             and all(is_unchanged(file, self.folder / name) for name, file in record.outputs.items())
         )
+
+    def _may_be_gone(self, stage: Stage, name: str) -> bool:
+        return name.startswith(stage.downloads(self.config))
+
+    def _gone_downloads(self, stage: Stage) -> list[str]:
+        """Downloads that a stage has read and that are gone, where it is up to date without."""
+        record = self.folder.read_manifest().stages.get(stage.name)
+        if record is None or not stage.downloads(self.config) or not self.is_current(stage):
+            return []
+        there = stage.inputs(self.config, self.folder)
+        return [file.path for name, file in record.inputs.items() if name not in there]
+
+    def _remarks(self, stage: Stage, gone: Sequence[str]) -> Iterator[str]:
+        """What to know of a stage that is not run again."""
+        if gone:
+            yield (
+                f"its downloads are gone and could not be checked ({', '.join(gone)}): "
+                "the run's own tables are used, --force downloads again"
+            )
+        yield from other_versions(self.folder.read_manifest().stages[stage.name], "--force repeats")
 
     def _execute(self, stage: Stage) -> Sequence[str]:
         started, clock = datetime.now(UTC), time.perf_counter()
@@ -161,6 +189,7 @@ class Run:
             problems=list(outcome.problems),
             started=started.isoformat(timespec="seconds"),
             wall_s=round(time.perf_counter() - clock, 3),
+            versions=versions(),
         )
         self._finish(stage, record, before.stages.get(stage.name))
         words = f"{stage.name}: {outcome.words} ({record.wall_s:.1f} s)"
@@ -213,6 +242,21 @@ def versions() -> dict[str, str]:
     """Versions of Python, of this package and of those that it computes with."""
     found = {"python": platform.python_version(), "uxsim-geo": uxsim_geo.version.__version__}
     return found | {name: metadata.version(name) for name in DISTRIBUTIONS}
+
+
+def other_versions(record: StageRecord, advice: str = "") -> Iterator[str]:
+    """Say with which other versions of libraries a stage was made, if with any.
+
+    That makes nothing out of date: a result is only bound to be the same with the same versions.
+    """
+    now = versions()
+    others = [
+        f"{name} {then} (now {now.get(name, 'none')})"
+        for name, then in record.versions.items()
+        if now.get(name) != then
+    ]
+    if others:
+        yield f"made with {', '.join(others)}" + (f", {advice}" if advice else "")
 
 
 @cache

@@ -34,6 +34,11 @@ class TableOptions:
         """Names of what is asked for."""
         return [key.name for key in fields(self) if getattr(self, key.name) is not None]
 
+    def as_written(self, name: str) -> object:
+        """Return what is asked for as somebody writes it: names with commas between."""
+        value = getattr(self, name)
+        return ",".join(value) if isinstance(value, tuple) else value
+
 
 #: what each is called on the command line
 FLAGS = {key.name: f"--{key.name.replace('_', '-')}" for key in fields(TableOptions)}

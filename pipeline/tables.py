@@ -88,7 +88,7 @@ def _check_table(order: Order, faults: Faults) -> None:
     table, given = TABLES[order.table], order.options.given()
     for name in (name for name in given if name not in table.takes):
         what = f"{FLAGS[name]}: {order.table} does not go by it; leave it out"
-        faults.add(what, value=getattr(order.options, name))
+        faults.add(what, value=order.options.as_written(name))
     for name in (name for name in table.needs if name not in given):
         faults.add(f"{FLAGS[name]}: {order.table} needs it")
 

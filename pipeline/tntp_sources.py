@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from uxsim_geo.network.tntp_download import Shelf
 
 
+#: how names of inputs begin that are files of a data set
+DATASET = "dataset."
+
+
 def tntp_shelf() -> Shelf:
     """Return where the files of data sets are kept."""
     from uxsim_geo.network.tntp_download import Shelf
@@ -39,7 +43,9 @@ def dataset_inputs(section: IngestSection) -> dict[str, Path]:
     if network is None:
         return {}
     shelf = tntp_shelf()
-    paths = {f"dataset.{role}": shelf.path_of(network, role) for role in section.roles_of_dataset()}
+    paths = {
+        f"{DATASET}{role}": shelf.path_of(network, role) for role in section.roles_of_dataset()
+    }
     return {name: path for name, path in paths.items() if path.is_file()}
 
 

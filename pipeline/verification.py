@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.runs import CONFIG, LOG, MANIFEST, FileRecord, Manifest, RunFolder, is_unchanged
+from pipeline.stages import other_versions
 from uxsim_geo.errors import Fault, InputError
 
 
@@ -19,7 +20,8 @@ class Verification:
     wrong
         why the run cannot be relied on, one line each
     remarks
-        what does not touch the run's own files: inputs changed since, files of unknown origin
+        what does not touch the run's own files: inputs changed since, files of unknown origin,
+        other versions of libraries than are installed
     """
 
     checked: int
@@ -44,7 +46,11 @@ def verify_run(path: Path) -> Verification:
         if not is_unchanged(record, folder / name)
     ]
     wrong = changed + list(_doubts(manifest))
-    remarks = list(_changed_inputs(folder, manifest)) + list(_unknown_files(folder, records))
+    remarks = [
+        *_changed_inputs(folder, manifest),
+        *_unknown_files(folder, records),
+        *_versions(manifest),
+    ]
     return Verification(len(records) - len(changed), wrong, remarks)
 
 
@@ -83,7 +89,14 @@ def _changed_inputs(folder: RunFolder, manifest: Manifest) -> Iterator[str]:
         for record in stage.inputs.values():
             path = folder / record.path
             if _maker(record.path, manifest) is None and not is_unchanged(record, path):
-                yield f"{record.path}: {'has changed' if path.exists() else 'is gone'} since"
+                gone = "is gone since: that the run was made from it cannot be checked"
+                yield f"{record.path}: {'has changed since' if path.exists() else gone}"
+
+
+def _versions(manifest: Manifest) -> Iterator[str]:
+    """Stages that were made with other versions of libraries than are installed."""
+    for name, stage in manifest.stages.items():
+        yield from (f"{name}: {what}" for what in other_versions(stage))
 
 
 def _unknown_files(folder: RunFolder, records: dict[str, FileRecord]) -> Iterator[str]:

@@ -4,29 +4,37 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from uxsim_geo.network.note_words import (
+    amount_in_words,
+    notes_in_words,
+    number_of,
+    what_is_told,
+)
+
 if TYPE_CHECKING:
     import pandas as pd
 
 #: share of the vehicles demanded; where more are aborted, the figures say little
 MOST_ABORTED = 0.1
 
+#: different notes of a topic that a line tells
+NOTES_TOLD = 3
+
+#: what can be summed over notes
+SUMMED = ("km", "trips", "vehicles")
+
 
 def warnings_in(notes: pd.DataFrame) -> list[str]:
-    """Return a line for every topic of the notes that warns: the first note, how many, how much.
+    """Return a line for every topic of the notes that warns: what, how much, and why.
 
-    The values of notes on the demand are trips, and are summed.
+    What of a topic stands behind a colon (``dropped: no path``) is told in one line with the rest.
     """
-    import pandas as pd
-
-    lines = []
-    for topic, found in notes[notes["severity"] == "warning"].groupby("topic", sort=False):
-        first = found.iloc[0]
-        trips = float(pd.to_numeric(found["value"], errors="coerce").sum())
-        amounts = [f"{len(found):,} times"] if len(found) > 1 else []
-        amounts += [f"{number_in_words(trips)} trips"] if first["element"] == "demand" else []
-        amount = f" ({', '.join(amounts)})" if amounts else ""
-        lines.append(f"warning: {topic}{amount}: {first['note']}")
-    return lines
+    warned = notes[notes["severity"] == "warning"]
+    topics = warned["topic"].map(lambda topic: str(topic).partition(":")[0])
+    return [
+        f"warning: {topic}{_how_much(found)}: {_what(found)}"
+        for topic, found in warned.groupby(topics, sort=False)
+    ]
 
 
 def warning_of_aborted(figures: dict[str, Any]) -> str | None:
@@ -40,6 +48,25 @@ def warning_of_aborted(figures: dict[str, Any]) -> str | None:
     )
 
 
-def number_in_words(number: float) -> str:
-    """Return a number of trips, with a decimal where it is not whole."""
-    return f"{number:,.0f}" if abs(number - round(number)) < 0.05 else f"{number:,.1f}"
+def _how_much(found: pd.DataFrame) -> str:
+    """How many notes there are, and the sum of what they count; nothing of a single one."""
+    if len(found) < 2:
+        return ""
+    told = {what_is_told(note) for note in found["note"]}
+    numbers = [number_of(value) for value in found["value"]]
+    known = [number for number in numbers if number is not None]
+    summed = len(told) == 1 and told <= set(SUMMED) and len(known) == len(numbers)
+    amount = [f"{amount_in_words(sum(known), *told)} in all"] if summed else []
+    return f" ({', '.join([f'{len(found):,} notes', *amount])})"
+
+
+def _what(found: pd.DataFrame) -> str:
+    """The different notes, the greatest first where they count something; how many more."""
+    size = found["value"].map(lambda value: number_of(value) or 0.0)
+    order = found.assign(size=size).sort_values("size", ascending=False, kind="stable")
+    said = [
+        notes_in_words(str(note), same["value"]) for note, same in order.groupby("note", sort=False)
+    ]
+    more = len(said) - NOTES_TOLD
+    rest = [f"and {more:,} more in import_notes.html"] if more > 0 else []
+    return "; ".join([*said[:NOTES_TOLD], *rest])

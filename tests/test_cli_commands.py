@@ -284,8 +284,11 @@ def test_warnings_come_with_their_number_and_sum(
     assert run_small(tmp_path) == 0
     shown = capsys.readouterr()
     assert "2 OD pairs, 340.5 trips" in shown.err
-    assert "warning: unreachable (240.5 trips): no path leads" in shown.err
-    assert "warning: unreachable (240.5" in (tmp_path / "runs/small/run.log").read_text()
+    assert (
+        "warning: unreachable: no path leads from zone 2 to zone 1: nobody can arrive (240.5 trips)"
+        in shown.err
+    )
+    assert "nobody can arrive (240.5 trips)" in (tmp_path / "runs/small/run.log").read_text()
     (warning,) = (line for line in shown.out.splitlines() if line.startswith("warning: "))
     figures = json.loads((tmp_path / "runs/small/summary.json").read_text())
     aborted, demanded = figures["vehicles_aborted"], figures["vehicles_demanded"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -427,6 +428,23 @@ def test_areas_that_cannot_be_used(
     table = exported(finished, "area_states", "--areas", str(tmp_path / "some.gpkg"))
     assert set(table["area"]) == {"here"}
     assert capsys.readouterr().err == "note: no link lies in far: left out\n"
+
+
+def test_options_that_do_not_fit_are_shown_as_they_were_written(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert export(finished, "od", "--links", "1-3,3-4") == 2
+    assert (
+        "--links: od does not go by it; leave it out (found '1-3,3-4')" in capsys.readouterr().err
+    )
+
+
+def test_unknown_links_are_told_with_those_near(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert export(finished, "link_users", "--links", "1-33") == 2
+    told = r"there is none of this name; did you mean .*1-3.*\? \(found '1-33'\)"
+    assert re.search(told, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("names", ["", ",", "a,,b"])

@@ -8,7 +8,9 @@ import pandas as pd
 import pytest
 from small_run import run_small, write_small_run
 
+from pipeline import stages
 from pipeline.cli import main
+from uxsim_geo.network.notes import Notes
 
 
 def test_verify_finds_a_changed_byte(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -39,6 +41,48 @@ def test_verify_mentions_a_source_that_has_changed(
     trips.write_text(trips.read_text().replace("100.0", "50.0"))
     assert main(["verify", str(finished)]) == 0
     assert "trips.tntp: has changed since" in capsys.readouterr().out
+
+
+def test_other_versions_of_libraries_are_told_and_nothing_is_done_again(
+    finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = stages.versions()
+    monkeypatch.setattr(stages, "versions", lambda: {**now, "numpy": "99.1"})
+    assert main(["verify", str(finished)]) == 0
+    told = f"made with numpy {now['numpy']} (now 99.1)"
+    assert f"note: simulate: {told}" in capsys.readouterr().out
+    assert run_small(finished.parents[1]) == 0
+    shown = capsys.readouterr().err
+    assert f"simulate: up to date; {told}, --force repeats" in shown
+    assert run_small(finished.parents[1], "--force", "--quiet") == 0
+    assert main(["verify", str(finished)]) == 0
+    assert "numpy" not in capsys.readouterr().out
+
+
+NOTES = Notes()
+for _number in range(12):
+    NOTES.add(f"topic {_number}", "what was done; value: links", value=_number)
+NOTES.add("fell out", "2 links on an island: left out; value: km", severity="warning", value=1.5)
+NOTES.add("fell out", "1 link in a trap: left out; value: km", severity="warning", value=0.25)
+
+
+def test_inspect_says_how_many_topics_it_leaves_out_and_how_to_see_them(
+    finished: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = finished / "network/import_notes.parquet"
+    NOTES.table().to_parquet(table)
+    assert main(["inspect", str(finished / "network")]) == 0
+    shown = capsys.readouterr().out.partition("import notes")[2].splitlines()
+    assert shown[1].split() == ["2", "warning", "fell", "out"]
+    assert f"and 5 more topics; all notes: uxsim-geo inspect {table}" in shown
+    assert (
+        "warning: fell out (2 notes, 1.75 km in all): 2 links on an island: left out (1.5 km); "
+        "1 link in a trap: left out (0.25 km)"
+    ) in shown
+    assert main(["inspect", str(table)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 2 + 14
+    assert lines[-1].endswith("what was done (11 links)")
 
 
 def test_verify_needs_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

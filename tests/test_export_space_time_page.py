@@ -16,6 +16,7 @@ from mapped_network import states_with_a_queue, two_way_road
 
 from uxsim_geo.export.space_time.look import Look
 from uxsim_geo.export.space_time.page import UNIT, write_page
+from uxsim_geo.export.space_time.places import LONGEST
 from uxsim_geo.export.space_time.scene import space_time_scene
 from uxsim_geo.network.network import Network
 
@@ -73,7 +74,7 @@ def test_the_page_holds_the_scene_to_a_16000th_of_the_map(tmp_path: Path) -> Non
     assert array("walls.last").tolist() == [0, 1, 0, 1]
     assert array("links.speed").tolist() == [round(3.6 * 1975 / 190), 0]
     assert array("links.queue").tolist() == [50, 50]
-    assert texts["clock"] == ["0:00", "0:02", "0:03"]
+    assert texts["clock"] == ["0:00:00", "0:01:40", "0:03:20"]
 
 
 def test_the_page_is_whole_and_the_same_each_time(tmp_path: Path) -> None:
@@ -92,7 +93,7 @@ def test_names_stay_text(tmp_path: Path) -> None:
     assert "<b onload" not in page
     texts = texts_of(page)
     assert texts["names"] == [f"{NASTY}, link link 0"]
-    assert texts["notes"][1].startswith(f"1  {NASTY[:44]}…: ")
+    assert texts["notes"][1].startswith(f"1  {NASTY[: LONGEST - 1]}…: ")
 
 
 def driven(path: Path, script: str) -> tuple[object, str]:
@@ -161,7 +162,7 @@ def test_the_page_draws_offline_and_its_slider_keys_and_hints_work(tmp_path: Pat
     # they stand in the second half of the time alone
     assert found["whole"] > 100
     assert found["early"] == 0
-    assert found["clock"] == "0:01"
+    assert found["clock"] == "0:00:50"
     assert found["turned"] != 0
     assert found["zoomed"]
     assert "Road" in found["hint"]
@@ -180,5 +181,5 @@ def test_names_are_text_in_the_browser_too(tmp_path: Path) -> None:
     assert isinstance(found, dict)
     assert console == ""
     assert found["heading"] == f"{NASTY}: slow links in space and time"
-    assert found["note"].startswith(f"{NASTY[:44]}…: ")
+    assert found["note"].startswith(f"{NASTY[: LONGEST - 1]}…: ")
     assert found["bold"] == 0

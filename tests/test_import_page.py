@@ -239,3 +239,26 @@ def test_lines_without_extent_are_no_error(shape: LineString | None) -> None:
     notes.add_each("mended", "note", ["a-b"])
     page = page_of(replace(network, links=links, notes=notes.table()))
     assert "mended: 1" in page.texts
+
+
+def test_where_nothing_is_doubtful_the_page_says_so_without_a_map() -> None:
+    x, y = 500_000.0, 5_400_000.0
+    places = {end: (x + 200.0 * k, y) for k, end in enumerate("abc")}
+    page = page_of(drawn(places, [road("a", "b"), road("b", "c")]))
+    text = " ".join(page.texts)
+    assert "None was found. This was looked for:" in text
+    assert "Map of the doubtful spots" not in text
+    assert not [value for name, value in page.attributes if (name, value) == ("class", "map")]
+
+
+def test_notes_stand_in_the_page_as_sentences() -> None:
+    notes = Notes()
+    notes.add("fell out", "2 links: left out; value: km", severity="warning", value=1.25)
+    note = "the length (value, m) is that of the geometry"
+    notes.add_each("length assumed", note, ["a-b", "b-c"], values=[7.5, 12.0])
+    text = " ".join(page_of(replace(odd_road(), notes=notes.table())).texts)
+    assert "2 links: left out (1.25 km)" in text
+    assert "the length (7.5 to 12 m) is that of the geometry (× 2)" in text
+    assert "the length (7.5 m) is that of the geometry" in text
+    assert "value:" not in text
+    assert "(value" not in text

@@ -13,12 +13,12 @@ from road_tables import drawn, road, street
 from uxsim_geo.network.doubts import DOUBTS, note_doubts
 from uxsim_geo.network.import_shares import (
     kilometres_by_basis,
-    percent,
     shares_by_class,
     shares_of_all,
     short_links,
 )
 from uxsim_geo.network.note_geometry import placed
+from uxsim_geo.network.note_words import percent
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.osm import read_osm_network
 from uxsim_geo.network.osm_options import OsmOptions

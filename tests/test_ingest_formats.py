@@ -192,6 +192,7 @@ def test_sources_add_up_and_have_classes(tmp_path: Path, osm: dict[str, Any]) ->
         ({"osm": {"file": "nowhere.osm"}}, "no such file"),
         ({"osm": {"file": "town.osm", "countri": "DE"}}, "did you mean ingest.osm.country"),
         ({"osm": {"file": "town.osm", "road_classes": ["path"]}}, "road_classes"),
+        ({"osm": {"file": "town.osm", "country": "Fr"}}, "ingest.osm.country: is not known"),
         ({"demand": [{"od": {"file": "od.csv", "colums": {}}}]}, "ingest.demand.od.columns"),
     ],
 )

@@ -10,6 +10,7 @@ from osm_files import both_ways, node, read, read_data, way
 
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.driving_side import LEFT
+from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.osm import read_osm_network
 from uxsim_geo.network.osm_defaults import read_defaults
 from uxsim_geo.network.osm_options import ROAD_CLASSES, OsmOptions
@@ -261,6 +262,50 @@ def test_options_that_mean_nothing_are_refused(changes: dict[str, object]) -> No
 def test_an_unknown_country_is_told_how_to_write_one(country: str, near: str) -> None:
     with pytest.raises(InputError, match=rf"as DE or BR: .*{near}.*{country}"):
         read_defaults(OsmOptions(country=country))
+
+
+def whose(folder: Path, options: OsmOptions) -> tuple[str, str]:
+    """Severity and words of what is said of the defaults of a street without any tags."""
+    street = (node(1, 0, 0), node(2, 1, 0), way(10, [1, 2]))
+    notes = read(folder, *street, options=options).notes
+    (told,) = notes[notes["topic"] == "country"].to_dict("records")
+    return told["severity"], note_in_words(told["note"], told["value"])
+
+
+def test_it_is_told_whose_speeds_and_lanes_are_assumed(tmp_path: Path) -> None:
+    severity, words = whose(tmp_path, OsmOptions())
+    assert severity == "warning"
+    assert words.startswith("no country is given, as DE: ")
+    assert words.endswith("of no country in particular (100.0 % of the links)")
+    severity, words = whose(tmp_path, OsmOptions(country="DE"))
+    assert severity == "info"
+    assert words == (
+        "speeds and lanes that the file lacks are those usual in DE (100.0 % of the links)"
+    )
+    assert whose(tmp_path, OsmOptions(country="US-TX"))[0] == "info"
+
+
+@pytest.mark.parametrize(
+    ("region", "told"),
+    [
+        ("US-TY", "are those of US; regions with rows: US-WY, US-VT, US-TX, US-AL, US-AR, ... ("),
+        ("BE-VLX", "are those of BE; regions with rows: BE-VLG, BE-WAL, BE-BRU ("),
+        ("DE-BY", "that the file lacks are those of DE (100.0 %"),
+    ],
+)
+def test_a_region_without_rows_falls_back_and_says_so(
+    tmp_path: Path, region: str, told: str
+) -> None:
+    severity, words = whose(tmp_path, OsmOptions(country=region))
+    assert severity == "warning"
+    assert f"no table has a row of the region {region}" in words
+    assert told in words
+
+
+def test_where_nothing_is_assumed_nothing_is_said_of_a_country(tmp_path: Path) -> None:
+    tags = {"highway": "residential", "maxspeed": "30", "lanes": "2"}
+    network = read(tmp_path, node(1, 0, 0), node(2, 1, 0), way(10, [1, 2], tags))
+    assert "country" not in set(network.notes["topic"])
 
 
 def test_options_reach_the_tables(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -528,6 +529,29 @@ def test_a_place_to_a_finished_run(
     assert main(["verify", str(tmp_path / "run")]) == 0
 
 
+def test_a_finished_run_is_reported_again_without_its_download(
+    tmp_path: Path, server: Loopback, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = config(tmp_path, server, bbox=list(TOWN_BOX))
+    assert run(tmp_path, path) == 0
+    shutil.rmtree(tmp_path / "cache")
+    capsys.readouterr()
+    edits = ("--set", "report.outputs=[geopackage]")
+    assert main(["report", str(path), "--out", str(tmp_path), *edits]) == 0
+    shown = capsys.readouterr().err
+    assert "ingest: up to date; its downloads are gone and could not be checked (" in shown
+    assert "simulate: up to date" in shown
+    assert (tmp_path / "run/results.gpkg").is_file()
+    assert server.asked == ["/interpreter"]
+    assert main(["verify", str(tmp_path / "run")]) == 0
+    assert "is gone since: that the run was made from it cannot be" in capsys.readouterr().out
+    # what depends on the source asks for it again, and so does refresh
+    assert run(tmp_path, path, "ingest.osm.private=true") == 0
+    shutil.rmtree(tmp_path / "cache")
+    assert run(tmp_path, path, "ingest.osm.private=true", "ingest.osm.refresh=true") == 0
+    assert server.asked == ["/interpreter"] * 3
+
+
 def test_the_configuration_that_names_a_place_runs(
     tmp_path: Path, server: Loopback, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -579,7 +603,8 @@ def test_the_cache_is_where_the_environment_says(
     assert run(tmp_path, path, "ingest.osm.cache=null") == 0
     assert len(list((tmp_path / "shared/uxsim-geo/osm").glob("bbox-*.osm.gz"))) == 1
     monkeypatch.setenv("UXSIM_GEO_CACHE", str(tmp_path / "own"))
-    assert run(tmp_path, path, "ingest.osm.cache=null") == 0
+    # a run that is there needs no download: another one does
+    assert run(tmp_path, path, "ingest.osm.cache=null", "name=other") == 0
     assert len(list((tmp_path / "own/osm").glob("bbox-*.osm.gz"))) == 1
 
 

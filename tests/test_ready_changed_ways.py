@@ -108,6 +108,16 @@ def test_where_nodes_lie_need_not_be_known(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+def test_each_junction_has_its_node_in_the_merged_network(seed: int) -> None:
+    found = find_junctions(whole(seed), SIZES)
+    before, steps = found.network.nodes["node_id"], MergedSteps.of(found)
+    after = merge_junctions(whole(seed), SIZES, Notes()).nodes
+    for one, row in zip(found.merged, steps.nodes().tolist(), strict=True):
+        ids = set(before.iloc[sorted(one.junction.nodes)])
+        assert set(after["merged_node_ids"].iloc[row].split()) == ids
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_ways_around_are_those_of_the_whole_graph(seed: int) -> None:
     network = whole(seed)
     graph = turn_graph(network)

@@ -275,3 +275,20 @@ def test_tables_keep_their_kind() -> None:
     assert isinstance(network.links, geopandas.GeoDataFrame)
     assert isinstance(network.movements, pd.DataFrame)
     assert link(network, "a-b")["length"] == 100.0
+
+
+def test_where_every_node_left_is_a_merged_junction_nothing_is_measured() -> None:
+    # five junctions of two nodes each, 4 m apart, with a road from each to every other
+    angle = np.radians(72 * np.arange(5))
+    places, roads = {}, [street(f"{k}w", f"{k}e") for k in range(5)]
+    for k, (x, y) in enumerate(zip(400 * np.cos(angle), 400 * np.sin(angle), strict=True)):
+        places |= {
+            f"{k}{side}": (500_000 + x + more, 5_400_000 + y)
+            for side, more in (("w", -2), ("e", 2))
+        }
+        roads += [street(f"{k}e", f"{(k + step) % 5}w") for step in (1, 2)]
+    ready = make_ready(drawn(places, roads), ReadyOptions())
+    assert len(ready.nodes) == 5
+    assert ready.nodes["merged_node_ids"].notna().all()
+    told = ready.notes["note"][ready.notes["topic"] == "distortion"].tolist()
+    assert "not measured: every node left is a merged junction" in told

@@ -419,6 +419,12 @@ def test_a_run_fetches_by_itself_and_then_needs_no_network(
     assert again == first
     assert "ingest: up to date" in capsys.readouterr().err
     assert main(["verify", str(tmp_path / "run")]) == 0
+    # nor does it need what it has read: the run's own tables are there
+    shelf = tmp_path / "cache/tntp/Small-Town"
+    shelf.rename(tmp_path / "elsewhere")
+    assert run_of(tmp_path, told) == first
+    assert "its downloads are gone and could not be checked" in capsys.readouterr().err
+    (tmp_path / "elsewhere").rename(shelf)
     # a file changed since is not read
     net = tmp_path / "cache/tntp/Small-Town/net.tntp"
     net.write_text(NET.replace("1800", "1801"), encoding="utf-8")

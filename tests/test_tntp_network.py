@@ -63,13 +63,16 @@ def test_time_units_may_be_multiples(tmp_path: Path, unit: str, seconds: float) 
 
 
 def test_speeds_outside_the_limits_are_clipped_and_told(tmp_path: Path) -> None:
-    rows = [row(1, 2, length=1, time=0.1), row(2, 3, length=1, time=100), row(3, 1)]
+    rows = [row(1, 2, time=0.1), row(2, 3, time=100), row(2, 1, time=0.4), row(3, 1)]
     network = read(tmp_path, net(rows))
-    assert network.links["free_speed"].tolist() == [40.0, 3.0, pytest.approx(1000 / 60)]
-    clipped = network.notes[network.notes["topic"] == "free speed clipped"]
-    assert list(clipped["element_id"]) == ["1-2", "2-3"]
-    assert [float(value) for value in clipped["value"]] == pytest.approx([166.667, 0.166667])
-    assert list(network.links["free_speed_source"]) == ["assumed", "assumed", "given"]
+    assert network.links["free_speed"].tolist() == [40.0, 3.0, 40.0, pytest.approx(1000 / 60)]
+    assert list(network.links["free_speed_source"]) == [*["assumed"] * 3, "given"]
+    told = network.notes.set_index("element_id").loc[["1-2", "2-3", "2-1"]]
+    # 1 km in 6 s, in 100 min, and in 24 s, which is near the limit
+    assert [float(value) for value in told["value"]] == pytest.approx([600, 0.6, 150])
+    assert list(told["severity"]) == ["warning", "warning", "info"]
+    assert list(told["topic"]) == [*["free speed implausible"] * 2, "free speed clipped"]
+    assert all("(value, km/h) moved into 10.8 to 144 km/h" in note for note in told["note"])
 
 
 def test_zero_length_becomes_what_a_typical_speed_covers(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from uxsim_geo.demand.uxsim_csv import Written, read_uxsim_csv, write_uxsim_csv
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.check import check_network
 from uxsim_geo.network.network import LINK_COLUMNS, MOVEMENT_COLUMNS, NODE_COLUMNS, Network
+from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.uxsim_tables import UxsimCsvOptions, inverses
 
 NODES = "name,x,y\na,0,0\nb,1,0.5\n"
@@ -187,7 +188,7 @@ def road(**other: object) -> Network:
 
 def topics(written: Written) -> list[tuple[str, str]]:
     notes = written.notes[["topic", "note"]].to_numpy().tolist()
-    return [(topic, note.split(":")[0]) for topic, note in notes]
+    return [(topic, note_in_words(note).split(":")[0]) for topic, note in notes]
 
 
 def test_what_has_no_place_in_the_files_is_told(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -84,6 +85,17 @@ class Faults:
         if self.more:
             faults.append(Fault(f"and {self.more} more faults of the same kinds", self.source))
         raise InputError(faults)
+
+
+def did_you_mean(name: str, known: Iterable[str], most: int = 3) -> str:
+    """Return ``; did you mean a or b?`` of the names nearest to one, or nothing.
+
+    Large and small letters count as the same.
+    """
+    # of names that differ in these alone the first stands for all
+    folded = {one.casefold(): one for one in reversed(list(dict.fromkeys(known)))}
+    near = difflib.get_close_matches(name.casefold(), folded, n=most)
+    return f"; did you mean {' or '.join(sorted(folded[one] for one in near))}?" if near else ""
 
 
 def _shorten(value: object, limit: int = 60) -> str:

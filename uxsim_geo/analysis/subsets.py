@@ -13,9 +13,15 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.types import Booleans, Integers
-from uxsim_geo.errors import Faults
+from uxsim_geo.errors import Faults, did_you_mean
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
+
+#: unknown names for which those nearest to them are looked for, which takes long in large networks
+SUGGESTED = 5
+
+#: links of a street that a message names
+LINKS_TOLD = 5
 
 
 def chosen_vehicles(trips: pd.DataFrame, vehicles: npt.ArrayLike | None) -> Booleans:
@@ -43,10 +49,16 @@ def chosen_vehicles(trips: pd.DataFrame, vehicles: npt.ArrayLike | None) -> Bool
     return chosen
 
 
-def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> Integers:
+def named_rows(
+    names: str | Iterable[str],
+    known: pd.Index,
+    argument: str,
+    streets: pd.Series[str] | None = None,
+) -> Integers:
     """The place of each name among the ``known``, ascending and once each.
 
-    ``argument`` is what the user calls the names, such as ``links``. Raises
+    ``argument`` is what the user calls the names, such as ``links``; ``streets`` are names of
+    streets, as long as ``known``, for who gives one of them in place of ids. Raises
     :class:`uxsim_geo.errors.InputError` if there are none, or with all that are not known.
     """
     faults = Faults()
@@ -57,11 +69,22 @@ def named_rows(names: str | Iterable[str], known: pd.Index, argument: str) -> In
     rows = known.get_indexer(pd.Index(asked, dtype=object))
     if not asked:
         faults.add("is empty: name one at least", column=argument)
-    for name, row in zip(asked, rows, strict=True):
-        if row < 0:
-            faults.add("there is none of this name", column=argument, value=name)
+    for number, name in enumerate(name for name, row in zip(asked, rows, strict=True) if row < 0):
+        advice = _advice(str(name), known, streets) if number < SUGGESTED else ""
+        faults.add(f"there is none of this name{advice}", column=argument, value=name)
     faults.raise_if_any()
     return np.sort(rows).astype(np.int64)
+
+
+def _advice(name: str, known: pd.Index, streets: pd.Series[str] | None) -> str:
+    """What was meant: links of a street of this name, or names that are near."""
+    found = (
+        [] if streets is None else known[(streets == name).to_numpy(bool, na_value=False)].tolist()
+    )
+    if found:
+        more = f" and {len(found) - LINKS_TOLD:,} more" if len(found) > LINKS_TOLD else ""
+        return f", it is a street: its links are {', '.join(found[:LINKS_TOLD])}{more}"
+    return did_you_mean(name, known.astype(str))
 
 
 def rows_in_order(network: Network, links: Sequence[str]) -> Integers:
@@ -69,8 +92,8 @@ def rows_in_order(network: Network, links: Sequence[str]) -> Integers:
 
     Raises :class:`uxsim_geo.errors.InputError` if there are none, or with all that are not there.
     """
+    rows_of_links(network, links)
     known = pd.Index(network.links["link_id"].astype(str))
-    named_rows(links, known, "links")
     return known.get_indexer(pd.Index(links, dtype=object)).astype(np.int64)
 
 
@@ -81,7 +104,8 @@ def rows_of_links(network: Network, links: str | Iterable[str] | None) -> Intege
     """
     if links is None:
         return np.arange(len(network.links))
-    return named_rows(links, pd.Index(network.links["link_id"].astype(str)), "links")
+    streets = network.links.get("name")
+    return named_rows(links, pd.Index(network.links["link_id"].astype(str)), "links", streets)
 
 
 def link_rows(result: Result, network: Network) -> Integers:

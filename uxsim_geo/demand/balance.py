@@ -173,11 +173,11 @@ def _note_fit(fitted: Fitted, report: pd.DataFrame, notes: Notes, *, converged: 
         for end, side in zip(("out", "in"), fitted.wanted, strict=True)
     )
     if unmet > 0:
-        note = "vehicles of totals that no row of the table can meet, out and in together"
+        note = "vehicles of totals that no row of the table can meet, out and in; value: vehicles"
         notes.add("totals not met", note, element="demand", severity="warning", value=repr(unmet))
-    note = f"balanced to totals in {len(fitted.worst)} iterations; greatest part off:"
+    note = f"balanced to totals in {len(fitted.worst)} iterations; value: share off at most"
     if not converged:
-        note = f"NOT balanced after {len(fitted.worst)} iterations; greatest part off:"
+        note = f"NOT balanced after {len(fitted.worst)} iterations; value: share off at most"
     notes.add(
         "balanced",
         note,

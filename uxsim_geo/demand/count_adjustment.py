@@ -274,15 +274,15 @@ def _note(problem: _Problem, fit: pd.DataFrame, notes: Notes) -> None:
     note = (
         f"adjusted to {len(problem.counted)} counts in {len(fit) - 1} iterations: "
         f"RMSE {first['rmse']:.6g} to {last['rmse']:.6g} vehicles, "
-        f"mean GEH {first['mean_geh']:.4g} to {last['mean_geh']:.4g}; vehicles in all"
+        f"mean GEH {first['mean_geh']:.4g} to {last['mean_geh']:.4g}; value: vehicles in all"
     )
     notes.add("counts", note, element="demand", value=repr(float(last["vehicles"])))
     unseen = int((problem.weight == 0).sum())
     if unseen:
-        note = "counts that no row of the demand passes, which cannot be fitted"
+        note = "counts that no row of the demand passes, which cannot be fitted; value: counts"
         notes.add("counts", note, element="demand", severity="warning", value=unseen)
     seen = np.asarray(problem.shares.sum(axis=0)).ravel() > 0
     left = float(problem.seed[~seen].sum())
     if left > 0:
-        note = "vehicles of rows that no count sees: left as they are"
+        note = "vehicles of rows that no count sees: left as they are; value: vehicles"
         notes.add("counts", note, element="demand", value=repr(left))

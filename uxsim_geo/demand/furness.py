@@ -88,7 +88,7 @@ def equal_sums(
         faults.add(f"{told}: they must be equal, or keep must say which hold")
         return totals
     equal = _to_one_sum(totals, options)
-    note = f"{told}; multiplied to the same sum"
+    note = f"{told}; multiplied to the same sum; value: vehicles"
     value = repr(float(equal[0].sum()))
     notes.add("unequal totals", note, element="demand", severity="warning", value=value)
     return equal

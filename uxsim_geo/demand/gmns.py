@@ -142,7 +142,7 @@ def _without_unknown(cells: pd.DataFrame, network: Network, notes: Notes) -> pd.
         known &= is_among(cells[f"{end}_zone"], zones)
     lost = float(cells.loc[~known, "trips"].sum())
     if lost > 0:
-        note = "trips of zones at no node of the network were left out"
+        note = "trips of zones at no node of the network were left out; value: trips"
         notes.add("unknown zones", note, element="demand", severity="warning", value=repr(lost))
     return cells[known].reset_index(drop=True)
 

@@ -238,12 +238,14 @@ def _note(
     report: pd.DataFrame, figures: dict[str, float], impedance: Impedance, notes: Notes
 ) -> None:
     note = f"f(t) = t^-{impedance.exponent:g} exp(-{impedance.decay_per_min:g} t), t in min"
-    told = f"{note}; vehicles, mean free-flow time {figures['mean_time_s']:.6g} s"
+    told = f"{note}; mean free-flow time {figures['mean_time_s']:.6g} s; value: vehicles"
     notes.add("gravity model", told, element="demand", value=repr(figures["vehicles"]))
     nowhere = (report["production"] > 0) & (report["out"] == 0)
     lost = float(report.loc[nowhere, "production"].sum())
     if lost > 0:
-        note = "vehicles of zones that reach no zone which draws any could not be placed"
+        note = (
+            "vehicles of zones that reach no zone that draws any were not placed; value: vehicles"
+        )
         notes.add("gravity model", note, element="demand", severity="warning", value=repr(lost))
 
 
@@ -251,7 +253,7 @@ def _note_unbalanced(figures: dict[str, float], options: GravityOptions, notes: 
     if figures["worst_deviation"] > options.balance.tolerance:
         note = (
             "NOT balanced: no table has these totals, such as where a zone sends more than all "
-            "others draw and nobody may stay in it; greatest part off"
+            "others draw and nobody may stay in it; value: share off at most"
         )
         value = f"{figures['worst_deviation']:.3g}"
         notes.add("gravity model", note, element="demand", severity="warning", value=value)

@@ -57,7 +57,7 @@ def zone_trips_at_nodes(trips: pd.DataFrame, network: Network, notes: Notes) -> 
 def _note_lost(trips: pd.DataFrame, rows: pd.Series, notes: Notes) -> None:
     lost = float(trips.loc[~np.isin(np.arange(len(trips)), rows), "trips"].sum())
     if lost > 0:
-        note = "trips between zones that start and end at the same node were left out"
+        note = "trips between zones that start and end at the same node were left out; value: trips"
         notes.add("trips at one node", note, element="demand", severity="warning", value=repr(lost))
 
 
@@ -67,7 +67,8 @@ def _note_unreachable(pairs: pd.DataFrame, notes: Notes) -> None:
     ).itertuples(index=False):
         notes.add(
             "unreachable",
-            f"no path leads from zone {origin} to zone {destination}: these trips cannot arrive",
+            f"no path leads from zone {origin} to zone {destination}: nobody can arrive; "
+            "value: trips",
             element="demand",
             severity="warning",
             value=repr(float(trips)),
@@ -93,7 +94,7 @@ def between_zones(cells: pd.DataFrame, options: TripsOptions, notes: Notes) -> p
     within = scaled["origin_zone"] == scaled["destination_zone"]
     lost = float(scaled.loc[within, "trips"].sum())
     if lost > 0:
-        note = "trips that start and end in the same zone were left out"
+        note = "trips that start and end in the same zone were left out; value: trips"
         notes.add("intrazonal trips", note, element="demand", severity="warning", value=repr(lost))
     return scaled[~within & (scaled["trips"] > 0)].reset_index(drop=True)
 

@@ -104,7 +104,9 @@ def od_of_rows(rows: pd.DataFrame, faults: Faults, notes: Notes, points: Points 
         rows, access = points_to_nodes(rows, points)
     table = ordered(rows[rows["vehicles"] > 0], notes)
     total = repr(float(table["vehicles"].sum()))
-    notes.add("vehicles in file", "sum over all rows", element="demand", value=total)
+    notes.add(
+        "vehicles in file", "sum over all rows; value: vehicles", element="demand", value=total
+    )
     return OdTable(table, faults.source, notes.table(), access)
 
 

@@ -131,7 +131,7 @@ def _dropped(od: OdTable, pairs: Pairs) -> pd.DataFrame:
 
 def _note_dropped(dropped: pd.DataFrame, notes: Notes) -> None:
     for reason, total in dropped.groupby("reason")["vehicles"].sum().items():
-        note = MEANING.get(str(reason), "trips that were left out on reading")
+        note = MEANING.get(str(reason), "trips that were left out on reading") + "; value: trips"
         topic, value = f"dropped: {reason}", repr(float(total))
         notes.add(topic, note, element="demand", severity="warning", value=value)
 
@@ -143,7 +143,7 @@ def _note_unreachable(od: OdTable, pairs: Pairs, kept: npt.NDArray[np.bool_], no
         note = "trips from whose origin no path leads to the destination were kept: "
         notes.add(
             REASONS[UNREACHABLE],
-            note + "they cannot arrive",
+            note + "they cannot arrive; value: trips",
             element="demand",
             severity="warning",
             value=repr(total),

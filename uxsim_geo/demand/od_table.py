@@ -150,7 +150,7 @@ def ordered(table: pd.DataFrame, notes: Notes | None = None) -> pd.DataFrame:
     if not repeated:
         return table
     if notes is not None:
-        note = "rows of the same pair, class and time as another were added to it"
+        note = "rows of the same pair, class and time as another were added to it; value: rows"
         notes.add("pairs summed", note, element="demand", severity="warning", value=repeated)
     sums = np.add.reduceat(vehicles_of(table), np.flatnonzero(first))
     return table[first].assign(vehicles=sums)

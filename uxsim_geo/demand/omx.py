@@ -68,7 +68,12 @@ def read_omx(path: Path, cores: Sequence[OmxCore] = (), *, lookup: str | None = 
     check_od(table, faults)
     faults.raise_if_any()
     total = repr(float(table["vehicles"].sum()))
-    notes.add("vehicles in file", "sum over all cores read", element="demand", value=total)
+    notes.add(
+        "vehicles in file",
+        "sum over all cores read; value: vehicles",
+        element="demand",
+        value=total,
+    )
     return OdTable(ordered(table), faults.source, notes.table())
 
 
@@ -187,7 +192,7 @@ def _zones(
     if faults.found:
         return None
     if not lookups:
-        note = "the file has no lookup: zones are numbered in the order of the matrix, from 1"
+        note = "the file has no lookup: zones are numbered as in the matrix, from 1; value: zones"
         notes.add("zones", note, element="demand", value=size)
         return np.array([str(place + 1) for place in range(size)], object)
     name = lookup or next(iter(lookups))

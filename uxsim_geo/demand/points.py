@@ -105,7 +105,7 @@ def points_to_nodes(rows: pd.DataFrame, points: Points) -> tuple[pd.DataFrame, A
         ids[far] = [f"{x[row]:.9g} {y[row]:.9g}" for row in np.flatnonzero(far)]
         rows[end] = pd.Series(ids, index=rows.index, dtype="str")
         lost.extend(rows.loc[far, end].unique())
-        note = f"points as {end} are up to this far from their nodes, m"
+        note = f"points as {end} are not far from their nodes; value: m at most"
         notes.add("points", note, element="demand", value=float(distance[~far].max(initial=0.0)))
     nodes = access_of_nodes(points.network)
     known = nodes.zones.union(pd.Index(lost, dtype="str"), sort=False).unique()

@@ -164,7 +164,9 @@ def _compare_total(
 
     A sum far below it is a fault, since that is what a cut file looks like; else a note tells.
     """
-    notes.add("trips in file", "sum over all pairs", element="demand", value=repr(found))
+    notes.add(
+        "trips in file", "sum over all pairs; value: trips", element="demand", value=repr(found)
+    )
     text, line = declared or ("", 0)
     total = number(text)
     if total is None or not math.isfinite(total):
@@ -180,5 +182,7 @@ def _compare_total(
             column=f"<{TOTAL}>",
         )
     elif abs(found - total) > max(written_to, 1e-9 * abs(total)):
-        note = f"the trips in the file do not sum to the total that it declares, {text}"
+        note = (
+            f"the trips in the file do not sum to the total that it declares, {text}; value: trips"
+        )
         notes.add("trips total", note, element="demand", severity="warning", value=repr(found))

@@ -105,7 +105,7 @@ def write_uxsim_csv(network: Network, demand: Demand, folder: Path) -> Written:
     for name in demand.table.columns.difference(list(DEMAND_COLUMNS), sort=False):
         told = int(demand.table[name].notna().sum())
         if told:
-            what = f"the column {name}: UXsim's files have no place for it"
+            what = f"the column {name}: UXsim's files have no place for it; value: rows"
             notes.add("not written", what, element="demand", severity="warning", value=told)
     folder.mkdir(parents=True, exist_ok=True)
     paths = [write_csv_table(folder / FILES[name], cells) for name, cells in tables.items()]

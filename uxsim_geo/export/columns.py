@@ -325,8 +325,8 @@ IMPORT_NOTES = Layer(
             "text",
             "`info`, `warning`, or `doubt` of what looks wrong and was not changed",
         ),
-        Column("note", "note", "text", "a sentence"),
-        Column("value", "value", "text", "the figure in question", "where there is none"),
+        Column("note", "note", "text", "a sentence, with the figure in question and its unit"),
+        Column("value", "value", "text", "the figure alone", "where there is none"),
     ),
 )
 

@@ -16,12 +16,12 @@ from uxsim_geo.files import replace_when_complete
 from uxsim_geo.network.doubts import CONNECTIONS
 from uxsim_geo.network.import_shares import (
     kilometres_by_basis,
-    percent,
     shares_by_class,
     shares_of_all,
     short_links,
 )
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.note_words import note_in_words, notes_in_words, percent
 
 TEMPLATE = "import_notes.html.jinja"
 
@@ -89,6 +89,7 @@ def import_page(network: Network, told: ImportDescription) -> str:
         kinds=kinds,
         doubts=sum(kind.number for kind in kinds),
         map=_map(network, kinds),
+        looked="geometry" in network.links and getattr(network.links, "crs", None) is not None,
         step=told.step,
         greatest=_greatest_part(told.notes),
         short=len(short),
@@ -115,11 +116,14 @@ def _bases(links: pd.DataFrame) -> list[tuple[str, float]]:
     return [*rows, (f"{len(rest)} others", float(rest.sum()))] if len(rest) else rows
 
 
-def _notes_of(notes: pd.DataFrame, *topics: str) -> list[dict[str, Any]]:
-    """Notes on the whole, of these topics."""
+def _notes_of(notes: pd.DataFrame, *topics: str) -> list[str]:
+    """Notes on the whole, of these topics, in words."""
     whole = notes[notes["element_id"].isna()]
     found = pd.concat([whole[whole["topic"] == topic] for topic in topics])
-    return [_with_blanks(row) for row in found.to_dict("records")]
+    return [
+        note_in_words(note, value)
+        for note, value in zip(found["note"], found["value"], strict=True)
+    ]
 
 
 def _topics(notes: pd.DataFrame) -> list[dict[str, Any]]:
@@ -132,27 +136,13 @@ def _topics(notes: pd.DataFrame) -> list[dict[str, Any]]:
     for (severity, topic), found in order.groupby(["severity", "topic"], sort=False):
         said = found.groupby("note", sort=False)
         texts = [
-            {"note": note, "number": len(same), **_value(same)}
+            {"note": notes_in_words(str(note), same["value"]), "number": len(same)}
             for note, same in list(said)[:NOTES_SHOWN]
         ]
         more = said.ngroups - len(texts)
         row = {"severity": severity, "topic": topic, "number": len(found)}
         rows.append({**row, "texts": texts, "more": more})
     return rows
-
-
-def _value(same: pd.DataFrame) -> dict[str, str]:
-    """The value of a note that was made once."""
-    value = same["value"].iloc[0]
-    return {"value": "" if len(same) > 1 or pd.isna(value) else str(value)}
-
-
-def _with_blanks(row: dict[Any, Any]) -> dict[str, Any]:
-    return {str(name): "" if _is_missing(value) else value for name, value in row.items()}
-
-
-def _is_missing(value: object) -> bool:
-    return value is None or (isinstance(value, float) and pd.isna(value))
 
 
 def _map(network: Network, kinds: list[Kind]) -> dict[str, Any] | None:

@@ -15,6 +15,7 @@ from uxsim_geo.network.doubts import DOUBTS
 from uxsim_geo.network.import_shares import number_of_spots
 from uxsim_geo.network.network import NOTE_COLUMNS, Network
 from uxsim_geo.network.note_geometry import placed
+from uxsim_geo.network.note_words import note_in_words
 
 #: rows shown of each kind of doubt, and of the repairs of a topic
 SPOTS_SHOWN, REPAIRS_SHOWN = 100, 10
@@ -151,7 +152,7 @@ class Spots:
                 name,
                 self._road(element, name),
                 _text(row["value"]),
-                _text(row["note"]),
+                note_in_words(_text(row["note"]), row["value"]),
                 self._href(element, name),
                 where,
                 map_href,

@@ -15,6 +15,7 @@ from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.columns import LAYERS
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import NODE_COLUMNS, NOTE_COLUMNS, Network
+from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM
 
 #: rows of link_times that are made together
@@ -133,6 +134,9 @@ class LinkTimes:
 def notes_layer(notes: pd.DataFrame) -> pd.DataFrame:
     """What the import assumed or repaired, all as text, and where if the notes have places."""
     layer = notes.reindex(columns=list(NOTE_COLUMNS)).astype("string").reset_index(drop=True)
+    said = zip(layer["note"], layer["value"], strict=True)
+    words = [note if pd.isna(note) else note_in_words(note, value) for note, value in said]
+    layer["note"] = pd.Series(words, dtype="string")
     return _with_geometry(layer, notes)
 
 

@@ -75,7 +75,12 @@ def _centroids(net: NetFile, options: TntpOptions, zones: pd.Index, notes: Notes
         found = _zones_with_connectors_only(net.table, options, zones)
         why = "zones whose links all take no time or have infinite capacity"
     if len(found):
-        notes.add("centroids", f"{why}: no through traffic", element="node", value=len(found))
+        notes.add(
+            "centroids",
+            f"{why}: no through traffic; value: nodes",
+            element="node",
+            value=len(found),
+        )
     return found
 
 
@@ -108,11 +113,11 @@ def _collapse(
         columns={"to_node_id": "zone_id", "from_node_id": "node_id"}
     )
     rest = own[~is_among(own["zone_id"], gone)]
-    note = "connectors dropped: trips start and end at the nodes they led to, in even parts"
+    note = "connectors dropped: trips start and end evenly at the nodes they led to; value: links"
     notes.add("connectors collapsed", note, element="link", value=int((out | into).sum()))
     _note_shared_nodes(origins, destinations, notes)
     if len(kept):
-        note = "centroids with links to one another were not collapsed"
+        note = "centroids with links to one another were not collapsed; value: nodes"
         notes.add("connectors kept", note, element="node", value=len(kept))
     return Loading(
         ~(out | into),
@@ -130,7 +135,7 @@ def _note_shared_nodes(origins: pd.DataFrame, destinations: pd.DataFrame, notes:
     if shared:
         note = (
             "nodes that serve several zones: zone_id names the first of them, "
-            "origin_of and destination_of name all"
+            "origin_of and destination_of name all; value: nodes"
         )
         notes.add("zones share nodes", note, element="node", value=shared)
 

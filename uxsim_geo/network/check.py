@@ -10,6 +10,7 @@ import pandas as pd
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.bans import VIA_COLUMN, via_links
 from uxsim_geo.network.network import MOVEMENT_COLUMNS, REQUIRED_LINK_COLUMNS, Network
+from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.rows import (
     add_missing_columns,
     add_rows,
@@ -112,7 +113,7 @@ def _add_missing_value_faults(faults: Faults, network: Network, column: str) -> 
     why = ""
     if {"topic", "value", "note"} <= set(notes.columns):
         told = notes.loc[(notes["topic"] == PLACEHOLDER) & (notes["value"] == column), "note"]
-        why = "".join(f"; {note}" for note in told)
+        why = "".join(f"; {note_in_words(note)}" for note in told)
     ids = network.links["link_id"]
     advice = f"give it in an overrides table{why}"
     add_rows(faults, values.isna(), f"no {column}", ids=ids, advice=advice)

@@ -132,14 +132,16 @@ def note_distortion(changes: dict[str, Change], notes: Notes) -> None:
             figures = {"share within 1 %": float((shares <= WITHIN).mean())}
             figures |= {name: float(np.quantile(shares, part)) for name, part in PARTS.items()}
             for name, value in figures.items():
-                notes.add("distortion", f"{ways}: {name}", value=value)
+                notes.add("distortion", f"{ways}: {name}; value: share", value=value)
             severity: Severity = "info" if shares.max() <= WITHIN else "warning"
-            note = f"{ways}: greatest change"
+            note = f"{ways}: greatest change; value: share"
             notes.add("distortion", note, severity=severity, value=float(shares.max()))
         off = np.abs(change.after - change.before)[~change.far]
         if len(off):
-            note = f"{measure} of {len(off)} sampled ways below 1 km: greatest change, {unit}"
+            note = (
+                f"{measure} of {len(off)} sampled ways below 1 km: greatest change; value: {unit}"
+            )
             notes.add("distortion", note, value=float(off.max()))
         if change.lost:
-            note = f"sampled ways that led somewhere before, and do not now ({measure})"
+            note = f"sampled ways that now lead nowhere ({measure}); value: ways"
             notes.add("distortion", note, severity="warning", value=change.lost)

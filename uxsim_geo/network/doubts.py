@@ -38,7 +38,7 @@ CONNECTIONS = "connections"
 #: topic and note of streets that end before another
 DEAD_END = (
     "doubtful dead end",
-    "a street ends just before another to which no short way leads; value: gap, link",
+    "a street ends just before another to which no short way leads; value: gap",
 )
 
 
@@ -115,7 +115,7 @@ def note_doubts(network: Network, notes: Notes) -> None:
     turns = turns_of(network, ends)
     parts, share = strong_parts(network, ends, turns)
     note = f"{count(parts, 'part')} in which every link leads to every other"
-    notes.add(CONNECTIONS, f"{note}; value: share of the greatest in the km", value=share)
+    notes.add(CONNECTIONS, f"{note}; value: share of the km in the greatest", value=share)
     plane = _drawn_in_metres(network)
     if plane is None:
         return

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.errors import Faults
+from uxsim_geo.errors import Faults, did_you_mean
 
 LONGEST = 2000  # characters
 DEEPEST = 50  # levels of the parsed text
@@ -84,6 +84,27 @@ def rows_where(table: pd.DataFrame, expression: str, faults: Faults) -> Flags:
     if len(faults.found) == found and result.kind != "truth":
         faults.add("must be a condition, as lanes >= 2", value=expression)
     return _holds(result)
+
+
+def add_unknown_texts(table: pd.DataFrame, expression: str, faults: Faults) -> None:
+    """Note texts that an expression holds against a column in no row of which they stand.
+
+    To be asked where it has proved to be understood, and to hold in no row.
+    """
+    tree = ast.parse(expression.strip(), mode="eval")
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Compare) or len(node.ops) > 1:
+            continue
+        if not isinstance(node.ops[0], ast.Eq | ast.Is | ast.In):
+            continue
+        sides = [node.left, *getattr(node.comparators[0], "elts", node.comparators)]
+        columns = [side.id for side in sides if isinstance(side, ast.Name)]
+        texts = [side.value for side in sides if isinstance(side, ast.Constant)]
+        for column in columns[:1]:
+            known = [str(text) for text in table[column].dropna().unique()]
+            for text in (text for text in texts if isinstance(text, str) and text not in known):
+                what = f"no link has this {column}{did_you_mean(text, known)}"
+                faults.add(what, column="where", value=text)
 
 
 def _parse(expression: str, faults: Faults) -> ast.Expression | None:

@@ -86,7 +86,7 @@ def lines_along(reading: Reading, links: pd.DataFrame, drawn: Lines, nodes: pd.D
     missing = shapely.is_missing(lines)
     lines[missing] = shapely.linestrings(np.stack(ends, axis=1)[missing])
     if missing.any():
-        note = "no geometry: a straight line between the nodes"
+        note = "no geometry: a straight line between the nodes; value: links"
         reading.notes.add("straight lines", note, element="link", value=int(missing.sum()))
     ahead, turned = _apart(lines, ends, reading), _apart(shapely.reverse(lines), ends, reading)
     near = np.maximum(NEAR, NEAR_PART * line_lengths(lines, reading.crs))

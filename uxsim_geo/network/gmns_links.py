@@ -103,7 +103,9 @@ def _lanes(reading: Reading, table: CsvTable) -> tuple[np.ndarray, np.ndarray]:
     counted = _lanes_counted(reading, table)
     differs = np.isfinite(lanes) & np.isfinite(counted) & (lanes != counted)
     if differs.any():
-        note = "lane.csv has another number of lanes for motor vehicles than link.csv, which holds"
+        note = (
+            "lane.csv has other lanes for motor vehicles than link.csv, which holds; value: links"
+        )
         value = int(differs.sum())
         reading.notes.add("lanes differ", note, element="link", severity="warning", value=value)
     lanes = np.where(np.isfinite(lanes), lanes, counted)
@@ -195,13 +197,13 @@ def _note_capacities(reading: Reading, of_a_lane: np.ndarray) -> None:
         note = (
             f"links with a capacity of more than {MOST_OF_A_LANE:g} veh/h a lane, the largest "
             f"{float(np.nanmax(of_a_lane)):.4g}: is capacity_unit {reading.options.capacity_unit} "
-            "right? The simulation holds what the lanes carry, if that is less"
+            "right? The simulation holds what the lanes carry, if that is less; value: links"
         )
         value = int(above.sum())
         reading.notes.add("large capacity", note, element="link", severity="warning", value=value)
     empty = int(np.isnan(of_a_lane).sum())
     if empty:
-        note = "no capacity in the file: that of the triangular diagram"
+        note = "no capacity in the file: that of the triangular diagram; value: links"
         reading.notes.add("no capacity", note, element="link", value=empty)
 
 
@@ -224,7 +226,9 @@ def _both_ways(reading: Reading, table: CsvTable) -> np.ndarray:
     cells = [cell.strip().lower() for cell in table.cells("directed")]
     empty = sum(cell in ("", "nan") for cell in cells)
     if empty:
-        note = "the column directed is absent or empty: links lead from from_node_id to to_node_id"
+        note = (
+            "directed is absent or empty: links lead from from_node_id to to_node_id; value: rows"
+        )
         reading.notes.add("directed", note, element="link", value=empty)
     for cell, line in zip(cells, table.lines, strict=True):
         if cell not in DIRECTED:

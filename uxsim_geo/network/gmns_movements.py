@@ -99,12 +99,12 @@ def _note_movements(
     reading: Reading, table: CsvTable, banned: pd.DataFrame, turns: pd.DataFrame
 ) -> None:
     if len(banned):
-        note = "turns that movement.csv does not list at nodes where it lists others are banned"
+        note = "at nodes where movement.csv lists turns, all others are banned; value: turns"
         reading.notes.add("banned turns", note, value=len(banned))
     for name in IGNORED:
         stated = sum(not is_missing(cell) for cell in table.cells(name))
         if stated:
-            note = f"the {name} of a movement is not simulated"
+            note = f"the {name} of a movement is not simulated; value: rows"
             reading.notes.add("movements", note, severity="warning", value=stated)
     left = turns.groupby("from_link_id")["to_link_id"].size()
     closed = banned.groupby("from_link_id")["to_link_id"].size()

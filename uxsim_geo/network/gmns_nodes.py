@@ -78,7 +78,7 @@ def _control(table: CsvTable, notes: Notes) -> list[str]:
     cells = [cell.strip().lower() for cell in table.cells("ctrl_type")]
     others = sorted({cell for cell in cells if cell not in (*SIGNALS, *NO_CONTROL)})
     for other in others:
-        note = f"ctrl_type {other} is not simulated: such nodes have no control"
+        note = f"ctrl_type {other} is not simulated: such nodes have no control; value: nodes"
         notes.add("control", note, element="node", severity="warning", value=cells.count(other))
     return ["signal" if cell in SIGNALS else "none" for cell in cells]
 
@@ -95,6 +95,6 @@ def _through_traffic(table: CsvTable, notes: Notes, faults: Faults) -> np.ndarra
     for name in CENTROID_COLUMNS:
         centroid |= [cell.strip().lower() in CENTROIDS for cell in table.cells(name)]
     if centroid.any():
-        note = "nodes of the type centroid: no through traffic"
+        note = "nodes of the type centroid: no through traffic; value: nodes"
         notes.add("centroids", note, element="node", value=int(centroid.sum()))
     return ~centroid

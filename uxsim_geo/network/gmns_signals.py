@@ -192,7 +192,7 @@ def _timings(table: CsvTable, faults: Faults, notes: Notes) -> dict[str, list[Ti
         add_cell_faults(faults, table, missing, name, "needs a value")
     actuated = int((values["max_green"] > values["min_green"]).sum())
     if actuated:
-        note = "phases that detectors may prolong: each is as long as its min_green"
+        note = "phases that detectors may prolong: each is as long as its min_green; value: phases"
         notes.add("actuated signals", note, element="node", severity="warning", value=actuated)
     phases = pd.DataFrame(values).fillna(0.0)
     phases["phase_id"] = id_cells(table, "timing_phase_id")
@@ -241,7 +241,7 @@ def _greens(
         if here not in own:
             own.append(here)
     if others:
-        note = "rows on crossings, on links that were left out, or on turns on red: passed over"
+        note = "on crossings, on links left out, or on turns on red: passed over; value: rows"
         notes.add("signal_phase_mvmt", note, element="node", value=others)
     return greens
 

@@ -61,5 +61,5 @@ def are_for_motor_vehicles(reading: Reading) -> Flags:
 def _note(reading: Reading, column: str, wrong: Flags, cells: list[str]) -> None:
     counts = Counter(cells[row].strip() for row in np.flatnonzero(wrong).tolist())
     for value, times in sorted(counts.items()):
-        note = f"links whose {column} is {value or 'empty'} are left out: not for motor vehicles"
+        note = f"{column} is {value or 'empty'}: left out, not for motor vehicles; value: links"
         reading.notes.add("left out", note, element="link", value=times)

@@ -78,16 +78,6 @@ def number_of_spots(notes: pd.DataFrame) -> int:
     return int((~counted).sum() + more)
 
 
-def percent(share: float) -> str:
-    """A share with a decimal; never 100 or 0 where it is not whole, ``–`` where it is not known."""
-    if pd.isna(share):
-        return "–"
-    shown = round(100.0 * share, 1)
-    if shown == 100.0 and share < 1.0:
-        return "> 99.9 %"
-    return "< 0.1 %" if shown == 0.0 and share > 0.0 else f"{shown:.1f} %"
-
-
 def _classes(links: pd.DataFrame) -> pd.Series:
     """Road class of each link."""
     if "road_class" not in links:

@@ -65,7 +65,7 @@ def join_links(
     movements["node_id"] = movements["from_link_id"].map(ends_at).astype("str")
     _note(network, links, groups, kind, notes)
     if dropped:
-        note = "bans of turning back where no node is left: nothing turns there"
+        note = "bans of turning back where no node is left: nothing turns there; value: bans"
         notes.add("bans without a node", note, value=dropped)
     nodes = network.nodes[~joined].reset_index(drop=True)
     return Network(nodes, links, movements, network.notes)

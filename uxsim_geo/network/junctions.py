@@ -144,7 +144,7 @@ def _note(found: Found, notes: Notes) -> None:
     rank = rank_of(found.network.nodes["node_id"])
     names = [ids[min(one.junction.nodes, key=rank.__getitem__)] for one in merged]
     sizes = [len(one.junction.nodes) for one in merged]
-    remark = ("junction merged", "one node in place of several; value: how many")
+    remark = ("junction merged", "one node in place of several; value: nodes")
     note_places(notes, remark, names, element="node", values=sizes)
     errors = [one.additions.error for one in merged]
     if errors:

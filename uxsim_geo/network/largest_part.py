@@ -56,7 +56,7 @@ def keep_largest_part(network: Network, notes: Notes) -> Network:
         _note_what_fell_out(network, graph, core, ~kept, notes)
         network = without(network, ~kept)
     share = float(numbers(network.links["length"]).sum()) / 1000.0
-    note = "links in the part where every origin reaches every destination; value: their km"
+    note = "links in the part where every origin reaches every destination; value: km"
     notes.add("largest part", f"{len(network.links)} {note}", value=share)
     return network
 

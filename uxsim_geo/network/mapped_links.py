@@ -134,7 +134,7 @@ def _needed(side: Side, name: str, notes: Notes) -> Numbers:
         what = f"needs a value, or the mapping of {name} a missing"
         rows.add(what, row, str(source.column))
     if found.assumed.any():
-        note = f"{name} of the mapping, by its constant, values or missing"
+        note = f"{name} of the mapping, by its constant, values or missing; value: links"
         topic = f"{name.replace('_', ' ')} assumed"
         notes.add(topic, note, element="link", value=int(found.assumed.sum()))
     return found
@@ -153,7 +153,7 @@ def _lanes(side: Side, notes: Notes) -> Numbers:
     both = (side.way == 0) & (source.column is not None)
     odd = int((both & (found.values % 2 == 1)).sum())
     if odd:
-        note = "an odd number of lanes on a two-way row: each direction has half, rounded up"
+        note = "odd lanes on a two-way row: each direction has half, rounded up; value: rows"
         notes.add("lanes halved", note, element="link", severity="warning", value=odd)
     return found._replace(values=np.where(both, np.ceil(found.values / 2), found.values))
 

@@ -50,7 +50,9 @@ def nodes_where_lines_meet(
     notes.add("nodes from ends", "the ends of the lines make the nodes", element="node")
     moved = distances(points, points[first][node], crs)
     if (moved > 0).any():
-        note = f"ends moved onto the node within {tolerance:g} m, the farthest {moved.max():.3g} m"
+        note = (
+            f"moved onto the node within {tolerance:g} m, at most {moved.max():.3g} m; value: ends"
+        )
         notes.add("snapped", note, element="node", value=int((moved > 0).sum()))
     if moved.max(initial=0.0) > tolerance:
         note = "a chain of near ends makes one node, wider than the tolerance (value, m): lower it"

@@ -106,10 +106,11 @@ class MergedSteps:
 
     def nodes(self) -> Rows:
         """Row in the merged network of the node of each junction; (junctions,)."""
-        passing = np.flatnonzero(self.junction >= 0)
-        nodes = np.empty(len(self.found.merged), dtype=np.int64)
-        before = self.graph.link[self.graph.before[passing]]
-        nodes[self.junction[passing]] = self.graph.ends.end[before]
+        row = np.full(len(self.found.network.links), -1)
+        row[self.link] = np.arange(len(self.link))
+        # of each junction a link out of it, which is there also where no step passes it
+        exits = np.array([min(one.junction.exits) for one in self.found.merged], dtype=np.int64)
+        nodes: Rows = self.graph.ends.start[row[exits]]
         return nodes
 
 

@@ -19,7 +19,13 @@ from uxsim_geo.network.osm_defaults import read_defaults
 from uxsim_geo.network.osm_file import OsmFile, read_osm_file
 from uxsim_geo.network.osm_junctions import junctions_of
 from uxsim_geo.network.osm_links import direct, links_table, nodes_table
-from uxsim_geo.network.osm_notes import note_assumptions, note_file, note_missing_nodes, note_ways
+from uxsim_geo.network.osm_notes import (
+    note_assumptions,
+    note_file,
+    note_missing_nodes,
+    note_ways,
+    note_whose_defaults,
+)
 from uxsim_geo.network.osm_options import OsmOptions
 from uxsim_geo.network.osm_relations import places_of
 from uxsim_geo.network.osm_sections import cut_ways
@@ -68,6 +74,7 @@ def read_osm_network(
     note_ways(file, ways, links, notes)
     table = links_table(file, sections, ways, links, options.jam_density)
     note_assumptions(table, options, notes)
+    note_whose_defaults(table, options, defaults, notes)
     signals = place_signals(file, sections, ways, options.signal_distance)
     note_signals(file, sections, signals, notes)
     tell("turns", 0.95)

@@ -64,6 +64,36 @@ class Defaults:
         """The speed in a zone, m/s; None where no table knows such a zone."""
         return _look_up(self.zones, country, zone, "speed")
 
+    def why_unknown(self, country: str) -> str | None:
+        """What is wrong with the code of a country or region; None where a table knows it."""
+        places = self._places()
+        place = SAME.get(country, country)
+        if place == "default" or place.partition("-")[0] in places:
+            return None
+        countries = [one for one in places if "-" not in one]
+        near = difflib.get_close_matches(place.upper()[:2], countries, n=3, cutoff=0.5)
+        hint = f": {' or '.join(near)}" if near else ""
+        return (
+            f"is not known: write its two letters, as DE or BR{hint}; default, or a class_table "
+            "with rows of it, does as well"
+        )
+
+    def regions_beside(self, region: str) -> list[str] | None:
+        """The regions with rows, where a region of the country (``US-XX``) has none.
+
+        Those whose names are nearest come first. None for a country, or a region with rows.
+        """
+        place, places = SAME.get(region, region), self._places()
+        own, dash, _ = place.partition("-")
+        if not dash or place in places:
+            return None
+        known = sorted(one for one in places if one.startswith(f"{own}-"))
+        near = difflib.get_close_matches(place.upper(), known, n=3)
+        return [*near, *(one for one in known if one not in near)]
+
+    def _places(self) -> set[str]:
+        return {SAME.get(key[0], key[0]) for key in (*self.classes, *self.zones)} - {"default"}
+
     def _of_class(self, country: str, road_class: str, column: str) -> float:
         value = _look_up(self.classes, country, road_class, column)
         assert value is not None, "the default rows are complete"
@@ -86,6 +116,26 @@ def read_defaults(options: OsmOptions) -> Defaults:
     know the country.
     """
     faults = Faults()
+    defaults = _read_tables(options, faults)
+    what = defaults.why_unknown(options.country)
+    if what is not None:
+        own = Faults("options of the network")
+        own.add(what, column="country", value=options.country)
+        faults.extend(own)
+    faults.raise_if_any()
+    return defaults
+
+
+def fault_of_country(
+    country: str, class_table: Path | None = None, zone_table: Path | None = None
+) -> str | None:
+    """What is wrong with a country; None where nothing is, or where the tables are at fault."""
+    faults = Faults()
+    defaults = _read_tables(OsmOptions(class_table=class_table, zone_table=zone_table), faults)
+    return None if faults.found else defaults.why_unknown(country)
+
+
+def _read_tables(options: OsmOptions, faults: Faults) -> Defaults:
     classes: Cells = {}
     zones: Cells = {}
     for path in (SHIPPED_CLASSES, options.class_table):
@@ -97,19 +147,6 @@ def read_defaults(options: OsmOptions) -> Defaults:
     for path in (SHIPPED_ZONES, options.zone_table):
         if path is not None:
             zones |= _read(path, ZONE_COLUMNS, faults)
-    countries = sorted({SAME.get(key[0], key[0]) for key in (*classes, *zones)} - {"default"})
-    country = SAME.get(options.country, options.country)
-    if country != "default" and country.partition("-")[0] not in countries:
-        near = difflib.get_close_matches(country.upper()[:2], countries, n=3, cutoff=0.5)
-        hint = f": {' or '.join(near)}" if near else ""
-        what = (
-            f"is not known: write its two letters, as DE or BR{hint}; default, or a class_table "
-            "with rows of it, does as well"
-        )
-        own = Faults("options of the network")
-        own.add(what, column="country", value=options.country)
-        faults.extend(own)
-    faults.raise_if_any()
     return Defaults(classes, zones)
 
 

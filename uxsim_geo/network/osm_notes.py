@@ -7,7 +7,9 @@ from collections import Counter
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.note_words import note_in_words
+from uxsim_geo.network.notes import Notes, Severity
+from uxsim_geo.network.osm_defaults import Defaults
 from uxsim_geo.network.osm_file import OsmFile
 from uxsim_geo.network.osm_links import SHORTEST, DirectedLinks
 from uxsim_geo.network.osm_options import OsmOptions
@@ -17,6 +19,9 @@ from uxsim_geo.network.units import KMH
 
 #: the same remark on more links than this is one note with their number
 MOST_SINGLE_NOTES = 1000
+
+#: regions of a country that a note names
+REGIONS_TOLD = 5
 
 #: kinds of tags whose conditions are not applied
 CONDITIONAL = frozenset(
@@ -29,9 +34,11 @@ CONDITIONAL = frozenset(
 
 def note_file(file: OsmFile, options: OsmOptions, notes: Notes) -> None:
     """Say which side is driven on, what was left out, what is not applied."""
-    notes.add("driving side", "recorded only: geometry does not depend on it", value=options.side)
+    notes.add(
+        "driving side", "the side driven on: geometry does not depend on it", value=options.side
+    )
     for reason, number in sorted(file.dropped.items()):
-        notes.add("ways left out", f"{reason}: no links", element="link", value=number)
+        notes.add("ways left out", f"{reason}: no links; value: ways", element="link", value=number)
     conditions = Counter(
         key
         for tags in file.way_tags
@@ -39,7 +46,9 @@ def note_file(file: OsmFile, options: OsmOptions, notes: Notes) -> None:
         if key.endswith(":conditional") and key.partition(":")[0] in CONDITIONAL
     )
     for key, number in sorted(conditions.items()):
-        notes.add("conditional tag", f"ways with {key}: not applied", element="link", value=number)
+        notes.add(
+            "conditional tag", f"{key} is not applied; value: ways", element="link", value=number
+        )
 
 
 def note_missing_nodes(
@@ -78,7 +87,7 @@ def note_ways(file: OsmFile, ways: Ways, links: DirectedLinks, notes: Notes) -> 
         if len(told) <= MOST_SINGLE_NOTES:
             notes.add_each(topic, note, told, values=values)
         else:
-            many = f"{note.replace('(value)', '(various)')}; value: how many ways"
+            many = f"{note_in_words(note)}; value: how many ways"
             notes.add(topic, many, element="link", value=len(told))
 
 
@@ -91,7 +100,7 @@ def note_assumptions(links: pd.DataFrame, options: OsmOptions, notes: Notes) -> 
     _note_by_class(kind, links, speed_kmh[of_class], options.country, notes)
     for basis, found in speed_kmh[implied & ~of_class].groupby(links["free_speed_basis"]):
         used = ", ".join(f"{value:g}" for value in sorted(found.unique()))
-        note = f"{basis}: {used} km/h as the table of zones says (value: how many links)"
+        note = f"{basis}: {used} km/h as the table of zones says; value: links"
         notes.add("free speed implied", note, element="link", value=len(found))
     lanes = links["lanes"][links["lanes_source"] == "assumed"]
     _note_by_class(("lanes assumed", "lanes"), links, lanes, options.country, notes)
@@ -100,6 +109,33 @@ def note_assumptions(links: pd.DataFrame, options: OsmOptions, notes: Notes) -> 
     notes.add_each("length assumed", note, list(short))
     loops = links["link_id"][links["from_node_id"] == links["to_node_id"]]
     notes.add_each("self-loop", "the link leads back to its own node", list(loops))
+
+
+def note_whose_defaults(
+    links: pd.DataFrame, options: OsmOptions, defaults: Defaults, notes: Notes
+) -> None:
+    """Say whose speeds and lanes stand where the file has none, if it lacks any.
+
+    A warning where no country is given, or a region of which no table has a row.
+    """
+    assumed = (links["free_speed_source"] == "assumed") | (links["lanes_source"] == "assumed")
+    if not assumed.any():
+        return
+    country = options.country
+    regions = defaults.regions_beside(country)
+    note = f"speeds and lanes that the file lacks are those usual in {country}"
+    if country == "default":
+        note = "no country is given, as DE: speeds and lanes that the file lacks are those of the "
+        note += "rows default of the tables, of no country in particular"
+    elif regions is not None:
+        first = [*regions[:REGIONS_TOLD], *(["..."] if len(regions) > REGIONS_TOLD else [])]
+        note = f"no table has a row of the region {country}: speeds and lanes that the file lacks "
+        note += f"are those of {country.partition('-')[0]}"
+        note += f"; regions with rows: {', '.join(first)}" if regions else ""
+    known = country != "default" and regions is None
+    severity: Severity = "info" if known else "warning"
+    note += "; value: share of the links"
+    notes.add("country", note, element="link", severity=severity, value=float(assumed.mean()))
 
 
 def _note_by_class(
@@ -113,8 +149,9 @@ def _note_by_class(
     total = links.groupby("road_class").size()
     for road_class, found in assumed.groupby(links["road_class"]):
         used = ", ".join(f"{value:g}" for value in sorted(found.unique()))
+        what = "1 lane" if (used, unit) == ("1", "lanes") else f"{used} {unit}"
         note = (
-            f"{road_class}: {used} {unit} assumed (country {country}) "
-            f"on {len(found)} of {total[road_class]} links (value: share)"
+            f"{road_class}: {what} assumed (country {country}) "
+            f"on {len(found)} of {total[road_class]} links; value: share"
         )
         notes.add(topic, note, element="link", value=len(found) / total[road_class])

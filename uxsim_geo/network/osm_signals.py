@@ -183,5 +183,5 @@ def note_signals(file: OsmFile, sections: Sections, signals: Signals, notes: Not
         node in on_road and is_signalled_crossing(tags) for node, tags in file.node_tags.items()
     )
     if crossings:
-        note = "crossings for pedestrians with signals, which control no junction: left out"
+        note = "crossings for pedestrians, which control no junction: left out; value: nodes"
         notes.add("signalled crossings", note, element="node", value=crossings)

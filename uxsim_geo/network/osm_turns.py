@@ -30,10 +30,10 @@ OWN_COLUMNS = ("via_link_ids", "restriction", "source_id")
 
 #: topics that are counted, since nothing is wrong with the restrictions
 COUNTED = {
-    "restriction of other vehicles": "turn restrictions that say nothing of cars",
-    "restriction excepts cars": "turn restrictions that except cars",
-    "restriction on other roads": "turn restrictions at ways that are no roads here",
-    "restriction without effect": "turn restrictions of what is impossible anyway",
+    "restriction of other vehicles": "say nothing of cars; value: turn restrictions",
+    "restriction excepts cars": "except cars; value: turn restrictions",
+    "restriction on other roads": "at ways that are no roads here; value: turn restrictions",
+    "restriction without effect": "ban what is impossible anyway; value: turn restrictions",
 }
 
 

@@ -36,6 +36,7 @@ TOPICS = {
     "lanes": ("lanes assumed",),
     "free_speed": (
         "free speed clipped",
+        "free speed implausible",
         "free speeds equal",
         "no free speed",
         "no free-flow time",
@@ -87,7 +88,7 @@ def apply_overrides(network: Network, path: Path) -> Network:
     faults.raise_if_any()
     notes = Notes()
     columns = ", ".join(name for name in table.cells.columns if name != "link_id")
-    note = f"{columns} taken from {path.name} where it has values"
+    note = f"{columns} taken from {path.name} where it has values; value: rows"
     notes.add("overrides", note, element="link", value=len(table.cells))
     still = network.notes[~_is_outdated(network, table)]
     all_notes = pd.concat([still, notes.table()], ignore_index=True)

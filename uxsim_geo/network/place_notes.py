@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.notes import Element, Notes
 
 #: the same remark on more elements than this is one note with their number
@@ -20,11 +21,12 @@ def note_places(
 ) -> None:
     """Note the same of every element in ``ids``, or once with their number.
 
-    ``remark``: topic and note; what stands after ``; value:`` in the note says what ``values`` are.
+    ``remark``: topic and note, which says where the value belongs
+    (:mod:`uxsim_geo.network.note_words`).
     """
     topic, note = remark
     if len(ids) <= MOST_SINGLE_NOTES:
         notes.add_each(topic, note, ids, element=element, values=values)
         return
-    what, _, _ = note.partition("; value:")
-    notes.add(topic, f"{what}; value: how many {element}s", element=element, value=len(ids))
+    many = f"{note_in_words(note)}; value: how many {element}s"
+    notes.add(topic, many, element=element, value=len(ids))

@@ -43,7 +43,9 @@ def make_ready(
     check_ids(network)
     tell = progress or silent
     notes = Notes()
-    notes.add("driving side", "no step depends on it", value=options.driving_side)
+    notes.add(
+        "driving side", "the side driven on: no step depends on it", value=options.driving_side
+    )
     note_short_links(network, options.step, "before", notes)
     tell("projection", 0.0)
     if options.project:
@@ -94,6 +96,9 @@ def _judge(before: Network, after: Network, ways: int, notes: Notes) -> None:
     """Compare sampled ways with those before merging."""
     if ways and len(after.nodes):
         sample = sample_nodes(before, after, ways, SEED)
+        if not len(sample.nodes):
+            notes.add("distortion", "not measured: every node left is a merged junction")
+            return
         note_distortion(compare(before, after, sample), notes)
 
 
@@ -101,7 +106,7 @@ def note_short_links(network: Network, step: float, when: str, notes: Notes) -> 
     """Say how many links are driven in less than one step (s) at free speed."""
     links = network.links
     short = numbers(links["length"]) < numbers(links["free_speed"]) * step
-    note = f"of {len(links)} links {when}: driven in less than {step:g} s; value: how many"
+    note = f"driven in less than {step:g} s, of {len(links)} {when} these steps; value: links"
     notes.add("short links", note, element="link", value=int(short.sum()))
 
 

@@ -1,8 +1,7 @@
-"""Which links a target means: by their ids, by their attributes, by an area."""
+"""Which links a target means: by their ids, by their attributes, by an area, by their street."""
 
 from __future__ import annotations
 
-import difflib
 import re
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,15 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.control.site import Target
-from uxsim_geo.errors import Faults
-from uxsim_geo.network.expressions import rows_where
+from uxsim_geo.errors import Faults, did_you_mean
+from uxsim_geo.network.expressions import add_unknown_texts, rows_where
 from uxsim_geo.network.network import Network
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
 SUGGESTED = 5
+
+#: stands between the names of links that were joined into one
+JOINED_BY = "; "
 
 _PARTS = ("touching", "inside", "entering", "leaving")
 _WKT = re.compile(r"\s*((MULTI)?(POINT|LINESTRING|POLYGON)|GEOMETRYCOLLECTION)\b", re.IGNORECASE)
@@ -32,12 +34,13 @@ def select_links(
 
     ``link_ids`` are those of the network as an index, for who makes many selections in it.
 
-    All that the target gives must hold: ``links`` and ``where`` and ``polygon``. A link leads into
-    a polygon if its geometry starts outside and ends inside; on the border is inside.
+    All that the target gives must hold: ``links`` and ``where`` and ``polygon`` and ``street``. A
+    link leads into a polygon if its geometry starts outside and ends inside; on the border is
+    inside.
 
-    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids
-    and columns, an expression that cannot be read, an area that is none or whose reference system
-    is not known.
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids,
+    columns and streets, an expression that cannot be read, or that holds nowhere since no link has
+    a text of it, an area that is none or whose reference system is not known.
     """
     faults = Faults()
     meant = np.ones(len(network.links), bool)
@@ -46,13 +49,16 @@ def select_links(
             link_ids = pd.Index(network.links["link_id"].astype(str))
         meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
-        meant &= rows_where(network.links, target.where, faults)
+        meant &= _fitting(network.links, target.where, faults)
     if target.polygon is not None:
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":
         faults.add("is part of a polygon, and there is none", column="part", value=target.part)
-    if not target.links and target.where is None and target.polygon is None:
-        faults.add("names no links: give links, where or polygon")
+    if target.street is not None:
+        meant &= _of_street(network.links, target.street, faults)
+    given = (target.links or None, target.where, target.polygon, target.street)
+    if all(one is None for one in given):
+        faults.add("names no links: give links, where, polygon or street")
     faults.raise_if_any()
     return np.flatnonzero(meant).astype(np.int64)
 
@@ -61,13 +67,40 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
     wanted = list(dict.fromkeys(links))
     places = link_ids.get_indexer(pd.Index(wanted, dtype=link_ids.dtype))
     for number, place in enumerate(np.flatnonzero(places < 0)):
-        close = number < SUGGESTED
-        near = difflib.get_close_matches(wanted[place], link_ids, n=3) if close else []
-        advice = f"; did you mean {' or '.join(sorted(near))}?" if near else ""
+        advice = did_you_mean(wanted[place], link_ids) if number < SUGGESTED else ""
         what = f"the network has no such link_id{advice}"
         faults.add(what, column="links", value=wanted[place])
     named = np.zeros(len(link_ids), bool)
     named[places[places >= 0]] = True
+    return named
+
+
+def _fitting(links: pd.DataFrame, expression: str, faults: Faults) -> Flags:
+    """Return for which links an expression holds."""
+    own = Faults()
+    holds = rows_where(links, expression, own)
+    if not holds.any() and not own.found:
+        add_unknown_texts(links, expression, own)
+    for fault in own.found:
+        faults.add(fault.what, column="where", value=fault.value)
+    return holds
+
+
+def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:
+    """Return which links have the name of a street, alone or among those of joined links.
+
+    Names near to one that none has are told.
+    """
+    if "name" not in links or links["name"].isna().all():
+        faults.add("the links of the network have no names", column="street", value=street)
+        return np.zeros(len(links), bool)
+    names = links["name"].astype("str").reset_index(drop=True)
+    names = names.str.split(JOINED_BY).explode().dropna()
+    named = np.zeros(len(links), bool)
+    named[names.index[names == street]] = True
+    if not named.any():
+        what = f"no link has this name{did_you_mean(street, names.unique().tolist())}"
+        faults.add(what, column="street", value=street)
     return named
 
 

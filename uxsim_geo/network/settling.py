@@ -30,7 +30,7 @@ def merge_within(
         apart, seen = junctions_to_leave(steps, lambda share: tell(0.3 + 0.7 * share))
         found = found.without(_names(found, apart))
     merged = merged_of(found, notes)
-    note = "junctions left apart, since ways over them changed too much; value: how many"
+    note = "junctions left apart, since ways over them changed too much; value: junctions"
     notes.add("junctions merged", note, element="node", value=number - len(found.merged))
     if seen is not None:
         _note_seen(seen, notes)
@@ -48,5 +48,5 @@ def _note_seen(seen: Seen, notes: Notes) -> None:
     """Say by how much ways below 1 km have changed at most."""
     for measure, unit in ((LENGTH, "m"), (TIME, "s")):
         most = float(seen.most[measure].max(initial=0.0))
-        note = f"{measure} of all ways that are shorter than 1 km: no change is greater, {unit}"
+        note = f"{measure} of all ways that are shorter than 1 km: greatest change; value: {unit}"
         notes.add("distortion", note, value=most)

@@ -82,7 +82,7 @@ def signal_plans(
     told.note(notes)
     if rows:
         number = len({row.node_id for row in rows})
-        note = "signals whose phases, cycle and greens are assumed by rule"
+        note = "signals whose phases, cycle and greens are assumed by rule; value: nodes"
         notes.add("signal timings assumed", note, element="node", value=number)
     return table_of(rows)
 

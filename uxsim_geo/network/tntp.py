@@ -96,10 +96,14 @@ def _note_counts(file: NetFile, coordinates: Coordinates | None, notes: Notes) -
     """Declared counts against those found, and nodes at which there is no link."""
     used = pd.Index(pd.unique(pd.concat([file.table[end] for end in ENDS])))
     if file.links is not None and len(file.table) > file.links:
-        note = f"more links than the {file.links} that the file declares"
+        note = f"more links than the {file.links} that the file declares; value: links"
         notes.add("link count", note, severity="warning", value=len(file.table))
     if file.nodes is not None and len(used) != file.nodes:
-        notes.add("node count", f"the file declares {file.nodes} nodes", value=len(used))
+        notes.add(
+            "node count",
+            f"other nodes than the {file.nodes} that the file declares; value: nodes",
+            value=len(used),
+        )
     if coordinates is not None:
         known = pd.Index(coordinates.table["node_id"])
     elif file.nodes is not None and max(map(int, used)) <= file.nodes < 10 * len(used):
@@ -152,7 +156,9 @@ def _note_parts(nodes: pd.DataFrame, links: pd.DataFrame, notes: Notes) -> None:
         if parts > 1:
             sizes = sorted(np.bincount(part_of).tolist(), reverse=True)
             largest = ", ".join(map(str, sizes[:5])) + (" ..." if parts > 5 else "")
-            notes.add(f"{connection} components", f"{what}, of {largest} nodes", value=parts)
+            notes.add(
+                f"{connection} components", f"{what}, of {largest} nodes; value: parts", value=parts
+            )
 
 
 def _with_geometry(

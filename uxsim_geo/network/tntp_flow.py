@@ -53,6 +53,6 @@ def with_flow(table: pd.DataFrame, flow: pd.DataFrame, notes: Notes) -> pd.DataF
     joined = table.merge(flow.drop(columns="line"), on=ENDS, how="left", validate="one_to_one")
     missing = int(joined["volume"].isna().sum())
     if missing:
-        note = "links without a row in the flow file: no volume and cost"
+        note = "links without a row in the flow file: no volume and cost; value: links"
         notes.add("flow missing", note, element="link", value=missing)
     return joined.set_index(table.index)

@@ -23,10 +23,13 @@ from uxsim_geo.network.placeholders import is_copy
 from uxsim_geo.network.rows import is_among, whole_where_possible
 from uxsim_geo.network.tntp_net import ENDS, NetFile
 from uxsim_geo.network.tntp_options import TntpOptions
-from uxsim_geo.network.units import PER_HOUR, Quantity, Unit
+from uxsim_geo.network.units import KMH, PER_HOUR, Quantity, Unit
 
 #: s, for the note on capacities above those of the diagram; the simulation has its own τ
 REACTION_TIME = 1.0
+
+#: a speed beyond a limit by this factor cannot have been meant: rounded times are off by less
+IMPLAUSIBLE = 1.5
 
 
 @dataclass(frozen=True)
@@ -118,13 +121,27 @@ def _free_speed(known: Conversion, link_id: pd.Series) -> tuple[np.ndarray, np.n
     ids, values = list(link_id[timeless]), speed[timeless].tolist()
     notes.warn_each("no free-flow time", note, ids, values)
     moved = (speed != found) & ~np.isnan(found)
-    note = f"free speed (value, m/s) moved into {options.min_speed:g} to {options.max_speed:g} m/s"
-    told = moved & np.isfinite(found)
-    ids, values = list(link_id[told]), found[told].tolist()
-    notes.add_each("free speed clipped", note, ids, values=values)
+    _note_clipped(known, link_id, found, moved & np.isfinite(found))
     source = np.where(moved | assumed, "assumed", "given").astype(object)
     source[np.isnan(speed)] = None
     return speed, source
+
+
+def _note_clipped(
+    known: Conversion, link_id: pd.Series, found: np.ndarray, moved: np.ndarray
+) -> None:
+    """Tell of speeds that were moved into the limits; warn where they cannot have been meant."""
+    options, notes = known.options, known.notes
+    note = (
+        "free speed (value, km/h) moved into "
+        f"{options.min_speed * KMH:g} to {options.max_speed * KMH:g} km/h"
+    )
+    far = (found > IMPLAUSIBLE * options.max_speed) | (found < options.min_speed / IMPLAUSIBLE)
+    speed_kmh = found * KMH
+    far_off, near = list(link_id[moved & far]), list(link_id[moved & ~far])
+    why = f"{note}: look at its length and free-flow time, or their units"
+    notes.warn_each("free speed implausible", why, far_off, speed_kmh[moved & far].tolist())
+    notes.add_each("free speed clipped", note, near, values=speed_kmh[moved & ~far].tolist())
 
 
 def _speed_from_time(known: Conversion) -> tuple[np.ndarray, np.ndarray]:
@@ -238,7 +255,7 @@ def _capacity(known: Conversion, lanes: np.ndarray) -> np.ndarray:
         capacity = capacity * lanes
     infinite = infinite_capacity(table, options)
     if infinite.any():
-        note = f"{options.infinite_capacity:g} and more in the file means no limit: left empty"
+        note = f"{options.infinite_capacity:g} and more means no limit: left empty; value: links"
         notes.add("infinite capacity", note, element="link", value=int(infinite.sum()))
     return np.where(infinite, np.nan, capacity)
 
@@ -250,7 +267,7 @@ def _note_capacity_above_diagram(links: pd.DataFrame, notes: Notes) -> None:
         notes.add(
             "capacity above diagram",
             f"links whose lanes carry less at their free speed (reaction time {REACTION_TIME:g} s) "
-            "than the file's capacity: the smaller holds",
+            "than the file's capacity: the smaller holds; value: links",
             element="link",
             value=above,
         )

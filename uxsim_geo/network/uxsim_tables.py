@@ -117,15 +117,15 @@ def _of_a_lane(total: float, lanes: float) -> float:
 
 
 def _note_assumed(rows: list[Row], notes: Notes) -> None:
-    for argument, topic, value in (
-        ("free_flow_speed", "free speed assumed", FREE_SPEED),
-        ("jam_density", "jam density assumed", JAM_DENSITY),
-        ("merge_priority", "merge priority assumed", MERGE_PRIORITY),
-        ("number_of_lanes", "lanes assumed", LANES),
+    for argument, topic, value, unit in (
+        ("free_flow_speed", "free speed assumed", FREE_SPEED, "m/s"),
+        ("jam_density", "jam density assumed", JAM_DENSITY, "veh/m"),
+        ("merge_priority", "merge priority assumed", MERGE_PRIORITY, "by weight"),
+        ("number_of_lanes", "lanes assumed", LANES, "lanes"),
     ):
         without = sum(argument not in row.values for row in rows)
         if without:
-            note = f"{value:g} on {without} of {len(rows)} links, as UXsim takes it"
+            note = f"on {without} of {len(rows)} links, as UXsim takes it; value: {unit}"
             notes.add(topic, note, element="link", value=value)
 
 
@@ -218,6 +218,7 @@ def _further_cells(links: pd.DataFrame, notes: Notes) -> Cells:
         if number:
             column = "number_of_lanes" if topic == "lanes" else "capacity_out"
             note = f"stands in the column {column}, which uxsim-geo reads and UXsim passes over"
+            note += "; value: links"
             notes.add(topic, note, element="link", severity="warning", value=number)
     return cells
 
@@ -247,7 +248,7 @@ def inverses(
 def note_rounded(notes: Notes, column: str, rows: int) -> None:
     """Say how many numbers of a column read back nearly, if any."""
     if rows:
-        note = f"{column} has no float64 that reads back to the bit: the nearest is written"
+        note = f"{column} has no float64 that reads back to the bit: the nearest; value: rows"
         notes.add("rounded", note, severity="warning", value=rows)
 
 
@@ -271,7 +272,7 @@ def note_lost(network: Network, notes: Notes) -> None:
         notes.add("not written", f"the reference system, {nodes.crs.to_string()}")
     for thing, number in lost:
         if number:
-            what = f"{thing}: UXsim's files have no place for them"
+            what = f"{thing}: UXsim's files have no place for them; value: how many"
             notes.add("not written", what, severity="warning", value=number)
     _note_lost_columns(nodes, (*NODE_COLUMNS, "geometry", "x", "y"), notes)
     kept = ("lanes_source", "free_speed_source", "name", "source_id", "road_class")
@@ -286,5 +287,5 @@ def _note_lost_columns(table: pd.DataFrame, read: Sequence[str], notes: Notes) -
         values = table[name]
         filled = values.notna() & ~values.isin(["", "given"]) if name not in read else None
         if filled is not None and filled.any():
-            what = f"the column {name}: UXsim's files have no place for it"
+            what = f"the column {name}: UXsim's files have no place for it; value: rows"
             notes.add("not written", what, value=int(filled.sum()))

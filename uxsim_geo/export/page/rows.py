@@ -11,6 +11,7 @@ from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.lost_time import LostTime, Street, states_of
 from uxsim_geo.network.network import NOTE_COLUMNS
+from uxsim_geo.network.note_words import note_in_words
 from uxsim_geo.network.units import KMH
 
 #: from here on numbers are told without decimals
@@ -54,12 +55,14 @@ def note_rows(notes: pd.DataFrame) -> dict[str, Any]:
     """
     text = notes.reindex(columns=list(NOTE_COLUMNS)).astype("string").fillna("")
     text = text.sort_values("severity", key=_rank, kind="stable")
+    said = zip(text["note"], text["value"], strict=True)
+    text = text.assign(note=[note_in_words(note, value) for note, value in said])
     topics = [
         {
             "severity": rows["severity"].iloc[0],
             "topic": rows["topic"].iloc[0],
             "count": f"{len(rows):,}",
-            "first": _in_words(rows.iloc[0]),
+            "first": _with_place(rows.iloc[0]),
         }
         for _, rows in text.groupby(["severity", "topic"], sort=False)
     ]
@@ -76,10 +79,9 @@ def _rank(severity: pd.Series) -> pd.Series:
     return severity.map({"warning": 0, "doubt": 1}).fillna(2)
 
 
-def _in_words(note: pd.Series) -> str:
+def _with_place(note: pd.Series) -> str:
     where = f"{note['element']} {note['element_id']}: " if note["element_id"] else ""
-    value = f" ({note['value']})" if note["value"] else ""
-    return f"{where}{note['note']}{value}"
+    return f"{where}{note['note']}"
 
 
 def _as_text(value: object) -> str:
