@@ -131,10 +131,12 @@ def _trips(comparison: Comparison) -> Iterator[str]:
     shares = [
         f"{_share(row, name)} {verb}" for name, verb in (("gaining", "gain"), ("losing", "lose"))
     ]
+    unknown = 100 * row["undetermined_share"]
+    rest = f"; of {unknown:.1f} % it cannot be said, as one run or both did not see them arrive"
     yield (
         f"Of {row['vehicles']:,.0f} vehicles in both, {' and '.join(shares)} more than "
-        f"{NOTICED.seconds:g} s and {100 * NOTICED.share:g} % of their travel time; of "
-        f"{100 * row['undetermined_share']:.1f} % it cannot be said, as they had not arrived."
+        f"{NOTICED.seconds:g} s and {100 * NOTICED.share:g} % of their travel time"
+        f"{rest if unknown > 0 else ''}."
     )
     yield from _statuses(comparison.trip_statuses)
 
