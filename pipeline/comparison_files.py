@@ -80,9 +80,9 @@ def tables_of(comparison: Comparison) -> list[str]:
 
 def sentences(comparison: Comparison) -> str:
     """What the scenario changes, a sentence a line."""
-    from uxsim_geo.analysis.comparison.words import in_sentences
+    from uxsim_geo.analysis.comparison.words import heading, in_sentences
 
-    return "\n".join(in_sentences(comparison))
+    return "\n".join((heading(comparison), *in_sentences(comparison)))
 
 
 def write_folder(path: Path, write: Callable[[Path], object]) -> None:

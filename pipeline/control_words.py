@@ -112,8 +112,8 @@ def _where(entry: MeasureEntry, network: Network) -> str:
 
 def _streets(chosen: ChosenLinks, network: Network) -> str:
     """Names of streets, and the ids of the links where they are few."""
-    from uxsim_geo.export.street_names import street_names
     from uxsim_geo.network.selection import select_links
+    from uxsim_geo.network.street_names import street_names
 
     links = network.links.iloc[select_links(network, chosen.target())]
     ids = links["link_id"].astype(str).tolist()

@@ -124,4 +124,8 @@ def tables_of(folder: RunFolder) -> list[str]:
 
 
 def _words(result: Result) -> str:
-    return f"{len(result.events):,} link entries in {1000 * result.engine_wall_s:,.1f} ms of engine"
+    return f"{len(result.events):,} link entries in {_wall(result.engine_wall_s)} of engine"
+
+
+def _wall(seconds: float) -> str:
+    return f"{1000 * seconds:,.1f} ms" if seconds < 1 else f"{seconds:,.1f} s"

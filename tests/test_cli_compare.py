@@ -75,7 +75,7 @@ def test_a_run_and_itself(runs: tuple[Path, Path], capsys: pytest.CaptureFixture
     assert tables(runs[0], runs[0]) == 0
     said = capsys.readouterr().out
     assert "Both runs were told the same." in said
-    assert "No figure differs at all." in said
+    assert "Nothing changes: all figures are equal in the pair of runs." in said
 
 
 def test_the_same_comparison_is_the_same_bytes_and_replaces_itself(

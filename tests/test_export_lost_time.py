@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from uxsim_geo.export.lost_time import LostTime, Unit, in_words
-from uxsim_geo.export.street_names import street_names
+from uxsim_geo.network.street_names import street_names
 
 EDGES = np.array([0.0, 300.0, 600.0, 700.0])
 

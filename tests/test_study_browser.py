@@ -10,8 +10,8 @@ import pytest
 from chromium import Tab, opened
 from shown_study import EVIL, study
 
+from uxsim_geo.analysis.comparison.numbers import number
 from uxsim_geo.export.comparison.page import write_comparison_page
-from uxsim_geo.export.comparison.words import number
 
 SHOWN = "document.documentElement.dataset.shown"
 DETAILS = "document.getElementById('details').textContent"

@@ -1,4 +1,4 @@
-"""Classes of changes, their words, and what is told of a study in sentences."""
+"""Classes of changes, their words, and the intervals of a study side by side."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from compared import example_comparison
-from shown_study import EVIL, against_itself, study
+from shown_study import EVIL, study
 
 from uxsim_geo.analysis.comparison.quantities import EITHER, LESS, LINKS, MORE, Quantity
 from uxsim_geo.export.comparison.changes import (
@@ -22,8 +22,7 @@ from uxsim_geo.export.comparison.changes import (
     significance,
 )
 from uxsim_geo.export.comparison.forest import panels
-from uxsim_geo.export.comparison.study import Scenario, joined_network, short_names
-from uxsim_geo.export.comparison.words import answer, change_in_words, number, percent
+from uxsim_geo.export.comparison.study import joined_network, short_names
 
 
 def shown(better: int = LESS) -> Shown:
@@ -83,56 +82,7 @@ def test_sure_perhaps_and_not_known_are_three_things() -> None:
     np.testing.assert_array_equal(significance(ends, one), [1.0, 0.0, np.nan])
 
 
-def figure(**other: object) -> pd.Series:
-    row = {
-        "title": "total delay",
-        "unit": "veh·h",
-        "better": LESS,
-        "base": 200.0,
-        "scenario": 224.0,
-        "difference": 24.0,
-        "low": 20.0,
-        "high": 28.0,
-    }
-    return pd.Series(row | other)
-
-
-def test_a_change_is_told_with_its_interval_and_unit() -> None:
-    assert change_in_words(figure()) == "+12\u00a0% (10 to 14\u00a0%)"
-    assert change_in_words(figure(low=np.nan, high=np.nan)) == "+12\u00a0%"
-    # nothing to divide by: the unit itself, and no infinite share
-    assert change_in_words(figure(base=0.0)) == "+24\u00a0veh·h (20 to 28\u00a0veh·h)"
-    assert change_in_words(figure(difference=np.nan)) == "not known"
-
-
-def test_numbers_have_a_real_minus_and_no_nought_with_a_sign() -> None:
-    told = [number(value) for value in (-0.0, -1e-12, -2.345, 1234.5, np.nan, 0.05)]
-    assert told == ["0", "0", "−2.35", "1,234", "–", "0.05"]
-    assert [percent(value) for value in (12.4, 3.14, 0.04, 0.0)] == ["12", "3.1", "0.04", "0"]
-
-
-def test_the_answer_begins_with_the_total_delay_and_its_interval() -> None:
-    scenario = study().compared[0]
-    totals = example_comparison(4)[2].totals.set_index("figure").loc["total_delay_veh_h"]
-    low, high = (100 * abs(totals[end]) / totals["base"] for end in ("high", "low"))
-    assert answer(scenario)[0] == (
-        f"Total delay falls by 97\u00a0% ({round(low)} to {round(high)}\u00a0%), "
-        f"from {totals['base']:.2f} to {totals['scenario']:.3f} veh·h."
-    )
-
-
-def test_one_pair_of_runs_has_no_interval_and_says_so() -> None:
-    told = " ".join(answer(study(1).compared[0]))
-    assert "One pair of runs" in told
-    assert " to " in told  # from ... to ...
-    assert "for sure" not in told
-    assert "nan" not in told
-
-
-def test_where_nothing_differs_nothing_is_made_of_it() -> None:
-    base, _, _ = example_comparison(2)
-    told = answer(Scenario("nothing", [], base, against_itself(2)))
-    assert told == ["Nothing changes: all figures are equal in the 2 pairs of runs."]
+def test_where_nothing_differs_there_is_no_panel() -> None:
     shown_alone = replace(study(2), scenarios=study(2).scenarios[1:2])
     assert panels(shown_alone) == []
 

@@ -12,7 +12,7 @@ import pandas as pd
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.clock import duration_in_words
 from uxsim_geo.export.lost_time import NONE, LostTime, in_words
-from uxsim_geo.export.street_names import street_names
+from uxsim_geo.network.street_names import street_names
 
 #: shares of these that lie where a map opens
 SHOWN = {"volume_veh": 0.96, "delay_veh_s": 0.98}

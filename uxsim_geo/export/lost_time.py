@@ -4,7 +4,7 @@ What counts
     The delay of all vehicles on links, also of those still there at the end: time spent less
     distance driven / free speed (Edie). Waiting to enter the network counts nowhere.
 Streets
-    All links that are called alike (:func:`uxsim_geo.export.street_names.street_names`: by name,
+    All links that are called alike (:func:`uxsim_geo.network.street_names.street_names`: by name,
     else by the road's number, else by the link's id), wherever they lie.
 Order
     Most time lost first, to a thousandth of a veh·s; of equal ones that whose first link comes
@@ -31,8 +31,8 @@ import pandas as pd
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
-from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.street_names import street_names
 from uxsim_geo.network.units import TIMES
 
 #: what one decimal of a unit, or of a percentage, shows as more than 0

@@ -26,6 +26,9 @@ AS_MEASURED = ("links", "link_times", "od", "zone_pairs", "corridors")
 #: tables of so many rows that p values of single rows are not adjusted, and say so
 UNADJUSTED = ("link_times",)
 
+#: of links, by which the time at free flow is known
+FREE_FLOW = ["from_node_id", "to_node_id", "length", "free_speed"]
+
 ATTRIBUTES = [name for name in REQUIRED_LINK_COLUMNS if name != "link_id"]
 
 
@@ -58,6 +61,8 @@ class _Sums:
         self.first: tuple[float, float] | None = None
         self.each_trip = pd.DataFrame()
         self.edited: set[str] = set()
+        self.names: dict[str, str] = {}
+        self.free_flow_differs = False
 
     def add(self, base: Measured, scenario: Measured) -> None:
         if self.first is None:
@@ -73,7 +78,16 @@ class _Sums:
         self.winners.add(trips)
         if len(self.seeds) == 1:
             self.each_trip = trips.drop(columns=["origin_zone", "destination_zone"])
-        self.edited |= _edited_links(base.links, scenario.links)
+        self.edited |= _edited_links(base.links, scenario.links, ATTRIBUTES)
+        if len(self.seeds) == 1:
+            self._look_at_networks(base.links, scenario.links)
+
+    def _look_at_networks(self, base: pd.DataFrame, scenario: pd.DataFrame) -> None:
+        """Note the names of links, and whether both networks are as fast at free flow."""
+        for links in (scenario, base):
+            self.names |= dict(zip(links["link_id"], links["name"], strict=True))
+        other = set(base["link_id"]) != set(scenario["link_id"])
+        self.free_flow_differs = other or bool(_edited_links(base, scenario, FREE_FLOW))
 
     def comparison(self, facts: Facts) -> Comparison:
         assert self.first is not None
@@ -84,6 +98,7 @@ class _Sums:
         links = tables["links"]
         changed = links["link_id"].isin(self.edited | set(facts.changed_links))
         links.insert(2, "changed", changed | (links["exists"] != "both"))
+        links.insert(1, "name", links["link_id"].map(self.names).astype("str"))
         return Comparison(
             facts=facts,
             seeds=tuple(self.seeds),
@@ -101,6 +116,11 @@ class _Sums:
     def _remarks(self) -> Iterator[str]:
         if len(self.seeds) == 1:
             yield "One pair of runs: differences have no intervals, and no test."
+        if self.free_flow_differs:
+            yield (
+                "Links, lengths or free speeds differ, and delay is what a trip takes beyond free "
+                "flow in its own network: travel time tells what the scenario costs."
+            )
         if any(base != scenario for base, scenario in self.seeds):
             yield (
                 "Seeds differ between base and scenario: the same trips meet other draws, and a "
@@ -157,9 +177,9 @@ def _table_of_totals(moments: PairedMoments) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _edited_links(base: pd.DataFrame, scenario: pd.DataFrame) -> set[str]:
-    """Links of both networks that differ in an attribute."""
-    sides = [table.set_index("link_id")[ATTRIBUTES] for table in (base, scenario)]
+def _edited_links(base: pd.DataFrame, scenario: pd.DataFrame, attributes: list[str]) -> set[str]:
+    """Links of both networks that differ in one of some attributes."""
+    sides = [table.set_index("link_id")[attributes] for table in (base, scenario)]
     common = sides[0].index.intersection(sides[1].index)
     before, after = (side.loc[common] for side in sides)
     same = (before == after) | (before.isna() & after.isna())

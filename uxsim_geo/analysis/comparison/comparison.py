@@ -67,7 +67,8 @@ class Comparison:
         Welch), narrowing (unpaired / paired half width; null where either is 0 or null), relative,
         p, seeds
     links
-        link_id, exists (``both``, ``base`` or ``scenario``: in which network), changed (bool: its
+        link_id, name (of its street or road; null where it has none), exists (``both``, ``base`` or
+        ``scenario``: in which network), changed (bool: its
         attributes differ, it exists in one only, or ``facts`` names it), and the columns above for
         the quantities of :data:`~uxsim_geo.analysis.comparison.quantities.LINKS`; a link that is
         in one network alone is null on the other side and in its differences. Order: links of the

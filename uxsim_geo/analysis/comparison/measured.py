@@ -22,7 +22,7 @@ FACTS = "measured.json"
 FILES = (FACTS, *(f"{name}.parquet" for name in TABLES))
 
 #: grows whenever the tables change their meaning
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,9 @@ class Measured:
     totals
         figure, value: those of :data:`uxsim_geo.analysis.comparison.quantities.TOTALS`
     links
-        link_id, from_node_id, to_node_id, length, lanes, free_speed, jam_density, capacity,
-        merge_priority (as in the network), and the quantities LINKS; in the network's order
+        link_id, name (its street's or road's; null where it has none), from_node_id, to_node_id,
+        length, lanes, free_speed, jam_density, capacity, merge_priority (as in the network), and
+        the quantities LINKS; in the network's order
     link_times
         link_id, begin_s, end_s, and LINK_TIMES: links first
     od

@@ -25,6 +25,7 @@ from uxsim_geo.analysis.od import od_table
 from uxsim_geo.analysis.summary import summary
 from uxsim_geo.analysis.trips import trip_summary
 from uxsim_geo.network.network import REQUIRED_LINK_COLUMNS, Network
+from uxsim_geo.network.street_names import given_names
 from uxsim_geo.network.units import KMH, PER_HOUR
 from uxsim_geo.result import Result
 
@@ -130,11 +131,12 @@ def _links(network: Network, states: pd.DataFrame) -> pd.DataFrame:
     """What every link is, and what happened on it in the whole run."""
     attributes = network.links[list(REQUIRED_LINK_COLUMNS)].reset_index(drop=True)
     texts = ["link_id", "from_node_id", "to_node_id"]
+    names = given_names(network.links).reset_index(drop=True)
     figures = _columns(link_totals(states), ("link_id",), LINKS, _LINKS)
     numbers = attributes.drop(columns=texts).astype(float)
-    return pd.concat(
-        (attributes[texts].astype("str"), numbers, figures.drop(columns="link_id")), axis=1
-    )
+    told = attributes[texts].astype("str")
+    told.insert(1, "name", names)
+    return pd.concat((told, numbers, figures.drop(columns="link_id")), axis=1)
 
 
 def _columns(

@@ -1,23 +1,29 @@
-"""A comparison in sentences, with numbers, units and intervals."""
+"""A comparison in sentences, with numbers, units and intervals: wherever it is told in words."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
+from uxsim_geo.analysis.comparison.numbers import (
+    NOTHING,
+    digits_of,
+    is_sure,
+    number,
+    percent,
+)
 from uxsim_geo.analysis.comparison.quantities import EITHER
 from uxsim_geo.analysis.comparison.winners import NOTICED
 
-#: figures that are told whenever they differ, in this order; others stand in the table alone
+#: figures that are told if they change for sure, or if that is not known; the first always
 TOLD = (
-    "total_delay_veh_h",
     "total_travel_time_veh_h",
-    "total_origin_wait_veh_h",
+    "total_delay_veh_h",
     "completed_average_travel_time_s",
     "average_speed_kmh",
     "total_distance_veh_km",
@@ -29,122 +35,139 @@ TOLD = (
     "gridlocked",
 )
 
-#: how much narrower an interval must be by pairing to say so
+#: how many times narrower an interval must be by pairing to say so
 WORTH_TELLING = 1.05
 
-#: links that are named
+#: links that are named, and what delay of one is not worth it, veh·h
 MOST_LINKS = 3
+LITTLE = 0.05
+
+#: tells a time bin, of its begin and end, s after the start
+Span = Callable[[float, float], str]
 
 
-def in_sentences(comparison: Comparison) -> list[str]:
-    """What the scenario changes, for somebody who reads this alone."""
+def in_sentences(comparison: Comparison, span: Span | None = None) -> list[str]:
+    """What the scenario changes, a sentence each, the most important first.
+
+    ``span`` tells time bins (None: in s after the start).
+    """
+    if is_nothing(comparison):
+        pairs = len(comparison.seeds)
+        where = "the pair" if pairs == 1 else f"the {pairs} pairs"
+        return [f"Nothing changes: all figures are equal in {where} of runs."]
     return [
-        _heading(comparison),
-        *comparison.remarks,
         *_totals(comparison.totals),
-        *_links(comparison.links),
         *_trips(comparison),
+        *_links(comparison.links),
+        *_times(comparison, span or _seconds),
+        *comparison.remarks,
     ]
 
 
-def _heading(comparison: Comparison) -> str:
+def heading(comparison: Comparison) -> str:
+    """What is compared, before the sentences."""
     pairs = len(comparison.seeds)
     runs = "one pair of runs" if pairs == 1 else f"{pairs} pairs of runs, one a seed"
     facts = comparison.facts
     return f"{facts.scenario} against {facts.base}, {runs}, {comparison.duration_s:,.0f} s each:"
 
 
+def is_nothing(comparison: Comparison) -> bool:
+    """Whether every figure and every link is the same."""
+    changes = comparison.totals["difference"].fillna(0.0).abs().max()
+    links = comparison.links
+    delay = links["delay_veh_h_difference"].fillna(0.0).abs().max()
+    volume = links["volume_veh_difference"].fillna(0.0).abs().max()
+    alone = (links["exists"] != "both").any()
+    return bool(max(changes, delay, volume) <= NOTHING and not alone)
+
+
+def noticed() -> str:
+    """From what change on somebody gains or loses."""
+    return f"{NOTICED.seconds:g} s and {100 * NOTICED.share:g} %"
+
+
+def link_in_words(row: Mapping[Any, Any] | pd.Series) -> str:
+    """Street and link, or the link alone."""
+    street = row["name"]
+    return f"{street} (link {row['link_id']})" if isinstance(street, str) else str(row["link_id"])
+
+
 def _totals(totals: pd.DataFrame) -> Iterator[str]:
     by_figure = {str(row["figure"]): row for row in totals.to_dict("records")}
-    for name in TOLD:
-        if abs(by_figure[name]["difference"]) > 0:
-            yield _total(by_figure[name])
-    if not (totals["difference"].fillna(0.0) != 0).any():
-        yield "No figure differs at all."
+    first, *others = (by_figure[name] for name in TOLD)
+    yield _total(first)
+    for row in others:
+        if is_sure(row) is not False and abs(row["difference"]) > NOTHING:
+            yield _total(row)
+    if first["narrowing"] > WORTH_TELLING:
+        times = f"{first['narrowing']:.1f} times as narrow"
+        yield f"Same seeds in both made the interval of the {first['title']} {times}."
 
 
 def _total(row: Mapping[Any, Any]) -> str:
-    unit = row["unit"]
-    digits = _digits(row["difference"])
-    parts = [f"{signed(row['difference'], digits)} {unit}"]
-    if not math.isnan(row["low"]):
-        low, high = (signed(row[name], digits) for name in ("low", "high"))
-        parts[0] += f" (95 %: {low} to {high})"
-    sides = [f"{row[name]:,.{digits}f}" for name in ("base", "scenario")]
-    parts.append(f"from {sides[0]} to {sides[1]}")
+    """As ``Total delay rises by 564 veh·h (95 %: 500 to 628), 12 %, from … to …: worse``."""
+    title, unit = _capital(row["title"]), row["unit"]
+    if not abs(row["difference"]) > NOTHING:
+        return f"{title} stays at {number(row['base'])} {unit}."
+    sure, change = is_sure(row), row["difference"]
+    verb = "changes" if sure is False else "rises" if change > 0 else "falls"
+    flip = -1.0 if verb == "falls" else 1.0
+    told = _with_interval(flip * change, (flip * row["low"], flip * row["high"]), unit, sure)
     if not math.isnan(row["relative"]):
-        parts.append(f"{signed(100 * row['relative'], 1)} %")
-    text = f"{row['title']}: {', '.join(parts)}{_verdict(row)}"
-    if row["narrowing"] > WORTH_TELLING:
-        text += f"; pairing the runs made the interval {row['narrowing']:.1f} times as narrow"
-    return f"{text}."
+        told += f", {percent(100 * flip * row['relative'], signed=sure is False)} %"
+    base, scenario = (number(row[end], digits=digits_of(change)) for end in ("base", "scenario"))
+    return f"{title} {verb} by {told}, from {base} to {scenario} {unit}{_verdict(row)}."
+
+
+def _with_interval(
+    change: float, ends: tuple[float, float], unit: str, sure: bool | None = False
+) -> str:
+    """A change with its interval, if it has one; with a sign unless it is ``sure``."""
+    signed = sure is False
+    text = f"{number(change, signed=signed)} {unit}"
+    if math.isnan(ends[0]):
+        return text
+    low, high = (number(end, signed=signed) for end in sorted(ends))
+    return f"{text} (95 %: {low} to {high})"
 
 
 def _verdict(row: Mapping[Any, Any]) -> str:
-    if math.isnan(row["p"]):
+    sure = is_sure(row)
+    if sure is False:
+        return ": this may be chance"
+    if sure is None or row["better"] == EITHER:
         return ""
-    if not row["low"] * row["high"] > 0:
-        return "; this may be chance"
-    if row["better"] == EITHER:
-        return "; beyond chance"
-    return "; better" if row["better"] * row["difference"] > 0 else "; worse"
-
-
-def _links(links: pd.DataFrame) -> Iterator[str]:
-    for side in ("base", "scenario"):
-        alone = links.loc[links["exists"] == side, "link_id"].tolist()
-        if alone:
-            number = f"{len(alone):,} link{'s' if len(alone) > 1 else ''} ({_some(alone)})"
-            yield f"In the {side} alone: {number}; no differences are told of them."
-    known = links[links["delay_veh_h_difference"].notna()]
-    if known["delay_veh_h_p"].notna().any():
-        found = known[known["delay_veh_h_significant"].fillna(False).astype(bool)]
-        yield (
-            f"Delay changes beyond chance on {len(found):,} of {len(known):,} links "
-            "(5 % false discoveries among them)."
-        )
-        known = found
-    for word, sign in (("more", 1.0), ("less", -1.0)):
-        change = sign * known["delay_veh_h_difference"]
-        most = change[change > 0].sort_values(ascending=False, kind="stable").index[:MOST_LINKS]
-        named = [_link(row) for row in known.loc[most].to_dict("records")]
-        if named:
-            yield f"Most {word} delay: {'; '.join(named)}."
-
-
-def _link(row: Mapping[Any, Any]) -> str:
-    difference = row["delay_veh_h_difference"]
-    digits = _digits(difference)
-    text = f"{row['link_id']} {signed(difference, digits)} veh·h"
-    if math.isnan(row["delay_veh_h_low"]):
-        return text
-    low, high = (signed(row[f"delay_veh_h_{name}"], digits) for name in ("low", "high"))
-    return f"{text} (95 %: {low} to {high})"
+    return ": better" if row["better"] * row["difference"] > 0 else ": worse"
 
 
 def _trips(comparison: Comparison) -> Iterator[str]:
     everybody = comparison.trips[comparison.trips["group"] == "all"]
-    if not len(everybody):
+    if not len(everybody) or not everybody["vehicles"].iloc[0] > 0:
         yield "No vehicle departs in both: nobody can be said to gain or lose."
         return
     row = everybody.iloc[0]
-    shares = [
-        f"{_share(row, name)} {verb}" for name, verb in (("gaining", "gain"), ("losing", "lose"))
-    ]
-    unknown = 100 * row["undetermined_share"]
-    rest = f"; of {unknown:.1f} % it cannot be said, as one run or both did not see them arrive"
+    gain, lose = (_share(row, name) for name in ("gaining", "losing"))
+    unknown = percent(100 * row["undetermined_share"])
+    rest = f"; of {unknown} % it cannot be said, as one run or both did not see them arrive"
     yield (
-        f"Of {row['vehicles']:,.0f} vehicles in both, {' and '.join(shares)} more than "
-        f"{NOTICED.seconds:g} s and {100 * NOTICED.share:g} % of their travel time"
-        f"{rest if unknown > 0 else ''}."
+        f"Of {row['vehicles']:,.0f} vehicles, {gain} arrive noticeably earlier and {lose} "
+        f"noticeably later, by more than {noticed()} of their trip"
+        f"{rest if unknown != '0' else ''}."
+    )
+    yield (
+        f"Those who arrive earlier gain {number(row['gained_veh_h'])} veh·h together, "
+        f"those who arrive later lose {number(row['lost_veh_h'])} veh·h."
     )
     yield from _statuses(comparison.trip_statuses)
 
 
 def _share(row: pd.Series, name: str) -> str:
-    low, high = (100 * row[f"{name}_share_{side}"] for side in ("low", "high"))
-    text = f"{100 * row[f'{name}_share']:.1f} %"
-    return text if math.isnan(low) else f"{text} (95 %: {max(low, 0):.1f} to {min(high, 100):.1f})"
+    share, low, high = (100 * row[f"{name}_share{end}"] for end in ("", "_low", "_high"))
+    text = f"{percent(share)} %"
+    if math.isnan(low) or share == 0:
+        return text
+    return f"{text} (95 %: {percent(max(low, 0.0))} to {percent(min(high, 100.0))})"
 
 
 def _statuses(statuses: pd.DataFrame) -> Iterator[str]:
@@ -153,25 +176,65 @@ def _statuses(statuses: pd.DataFrame) -> Iterator[str]:
     for side, other, name in ((0, 1, "base"), (1, 0, "scenario")):
         alone = statuses[arrived[side] & ~arrived[other] & there[other]]
         if len(alone):
-            number = f"{alone['vehicles'].sum():,.1f}".removesuffix(".0")
-            yield f"{number} vehicles arrive in the {name} alone."
+            vehicles = f"{alone['vehicles'].sum():,.1f}".removesuffix(".0")
+            yield f"{vehicles} vehicle{'' if vehicles == '1' else 's'} arrive in the {name} alone."
 
 
-def _some(names: list[str]) -> str:
-    shown = ", ".join(names[:MOST_LINKS])
-    return shown if len(names) <= MOST_LINKS else f"{shown}, …"
+def _links(links: pd.DataFrame) -> Iterator[str]:
+    for side in ("base", "scenario"):
+        alone = links[links["exists"] == side].to_dict("records")
+        if alone:
+            some = ", ".join(map(link_in_words, alone[:MOST_LINKS]))
+            some += ", …" if len(alone) > MOST_LINKS else ""
+            count = f"{len(alone):,} link{'s' if len(alone) > 1 else ''} ({some})"
+            yield f"In the {side} alone: {count}; no differences are told of them."
+    known = links[links["delay_veh_h_difference"].notna()]
+    if known["delay_veh_h_p"].notna().any():
+        found = known[known["delay_veh_h_significant"].fillna(False).astype(bool)]
+        chance = " (of these about 5 % by chance)" if len(found) else ""
+        yield f"Delay changes for sure on {len(found):,} of {len(known):,} links{chance}."
+        known = found
+    for word, sign in (("added", 1.0), ("saved", -1.0)):
+        named = [_link(row) for row in _most_changed(known, sign)]
+        if named:
+            yield f"Most delay is {word} on {'; '.join(named)}."
 
 
-def _digits(value: float) -> int:
-    """Decimals that show three digits of a number, at least of those before the point."""
-    if value == 0 or not np.isfinite(value):
-        return 0
-    return int(min(max(2 - math.floor(math.log10(abs(value))), 0), 6))
+def _most_changed(links: pd.DataFrame, sign: float) -> Iterator[Mapping[Any, Any]]:
+    """Yield the links whose delay rises (+1) or falls (−1) most, one of each street."""
+    change = sign * links["delay_veh_h_difference"]
+    order = change[change >= LITTLE].sort_values(ascending=False, kind="stable").index
+    seen: set[str] = set()
+    for row in links.loc[order].to_dict("records"):
+        street = row["name"] if isinstance(row["name"], str) else row["link_id"]
+        if street not in seen:
+            seen.add(street)
+            yield row
+        if len(seen) == MOST_LINKS:
+            return
 
 
-def signed(value: float, digits: int) -> str:
-    """A number with its sign, the true minus; 0 without one."""
-    text = f"{abs(value):,.{digits}f}"
-    if not any(digit in "123456789" for digit in text):
-        return text
-    return f"+{text}" if value > 0 else f"−{text}"
+def _link(row: Mapping[Any, Any]) -> str:
+    change, *ends = (row[f"delay_veh_h_{end}"] for end in ("difference", "low", "high"))
+    return f"{link_in_words(row)} {_with_interval(change, (ends[0], ends[1]), 'veh·h')}"
+
+
+def _times(comparison: Comparison, span: Span) -> Iterator[str]:
+    """When delay changes most, of all links together, the way that it changes in the whole."""
+    change = comparison.link_times.groupby(["begin_s", "end_s"])["delay_veh_h_difference"].sum()
+    total = float(change.sum())
+    if len(change) < 2 or abs(total) < LITTLE:
+        return
+    begin, end = change.index[int(np.argmax(np.sign(total) * change.to_numpy()))]
+    most = number(float(change.loc[(begin, end)]), signed=True)
+    whole = number(total, signed=True)
+    when = f"{span(begin, end)}: {most} of {whole} veh·h in the whole run"
+    yield f"Delay on links changes most {when}."
+
+
+def _seconds(begin: float, end: float) -> str:
+    return f"from {begin:,.0f} to {end:,.0f} s"
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]

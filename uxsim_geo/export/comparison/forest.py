@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from uxsim_geo.analysis.comparison.numbers import NOTHING, change_in_words, is_sure
 from uxsim_geo.export.comparison.study import Study, comparison_of
-from uxsim_geo.export.comparison.words import NOTHING, change_in_words, is_sure
 from uxsim_geo.export.map_plane import round_below
 
 #: figures that have a panel each, if they are there and anything changes in them

@@ -39,7 +39,8 @@ def links_layer(base: Network, scenario: Scenario) -> pd.DataFrame:
     layer["length_m"], layer["lanes"] = links["length"], links["lanes"]
     layer["free_speed_kmh"] = links["free_speed"] * KMH
     layer["jam_density_vpkm_per_lane"] = links["jam_density"] * PER_KM
-    layer = _chosen(pd.concat([layer, found.drop(columns="link_id")], axis=1), LINKS_LAYER)
+    figures = found.drop(columns=["link_id", "name"])
+    layer = _chosen(pd.concat([layer, figures], axis=1), LINKS_LAYER)
     return _on_map(layer, links["geometry"].to_numpy(), base) if "geometry" in links else layer
 
 

@@ -10,6 +10,9 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
+from uxsim_geo.analysis.comparison.numbers import number
+from uxsim_geo.analysis.comparison.words import in_sentences, noticed
+from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.comparison.document import parts_of
 from uxsim_geo.export.comparison.forest import Panel, panels
 from uxsim_geo.export.comparison.layers import seeds_in_words
@@ -24,7 +27,6 @@ from uxsim_geo.export.comparison.rows import (
     zone_rows,
 )
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of
-from uxsim_geo.export.comparison.words import answer, noticed, number
 from uxsim_geo.export.page.rows import fact_rows
 from uxsim_geo.export.page.template import Template, rendered
 from uxsim_geo.files import replace_when_complete
@@ -64,7 +66,7 @@ def page(study: Study) -> str:
         about=study.about,
         base_name=study.base_name,
         asked=[_asked(entry) for entry in study.scenarios],
-        answers=[{"name": entry.name, "sentences": answer(entry)} for entry in compared],
+        answers=[_answer(entry, study.clock) for entry in compared],
         panels=[_panel(panel) for panel in panels(study)],
         totals=total_rows(study),
         blocks=[_block(study, entry) for entry in compared],
@@ -76,6 +78,10 @@ def page(study: Study) -> str:
         facts=fact_rows(study.about.information),
         parts=parts_of(study) if compared else {},
     )
+
+
+def _answer(entry: Scenario, clock: Clock) -> dict[str, Any]:
+    return {"name": entry.name, "sentences": in_sentences(comparison_of(entry), clock.span)}
 
 
 def _asked(entry: Scenario) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.comparison.numbers import percent
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.comparison.changes import (
     ADDED,
@@ -28,7 +29,6 @@ from uxsim_geo.export.comparison.changes import (
 from uxsim_geo.export.comparison.forest import Panel, panels
 from uxsim_geo.export.comparison.rows import span_in_words
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of, joined_network
-from uxsim_geo.export.comparison.words import percent
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from uxsim_geo.export.comparison.study import Study
 from uxsim_geo.export.findings import Findings
 from uxsim_geo.export.lost_time import LostTime
 from uxsim_geo.export.qgis_parts import Ground, Project
-from uxsim_geo.export.street_names import street_names
 from uxsim_geo.export.styles import NamedStyle
+from uxsim_geo.network.street_names import street_names
 
 #: of the extent of all links, beyond each side
 MARGIN = 0.04

@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
+from uxsim_geo.analysis.comparison.numbers import NOTHING, change_in_words, is_sure, number, percent
 from uxsim_geo.analysis.comparison.quantities import CORRIDORS
+from uxsim_geo.analysis.comparison.words import link_in_words
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of
-from uxsim_geo.export.comparison.words import NOTHING, change_in_words, is_sure, number, percent
 
 #: rows of tables of pairs and zones, those that change most
 MOST_ROWS = 12
@@ -170,8 +171,8 @@ def zone_rows(comparison: Comparison) -> list[dict[str, str]]:
 
 
 def link_rows(entry: Scenario) -> list[dict[str, str]]:
-    """Links whose delay changes most."""
-    return _most_changed(comparison_of(entry).links, lambda row: str(row["link_id"]))
+    """Links whose delay changes most; ``link`` is the id."""
+    return _most_changed(comparison_of(entry).links, link_in_words)
 
 
 def _most_changed(
@@ -184,6 +185,7 @@ def _most_changed(
     return [
         {
             "name": named(row),
+            "link": str(row.get("link_id", "")),
             "vehicles": ""
             if extra is None
             else f"{number(row[f'{extra}_base'])} → {number(row[f'{extra}_scenario'])}",

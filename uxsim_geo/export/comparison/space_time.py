@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
+from uxsim_geo.analysis.comparison.numbers import number
 from uxsim_geo.analysis.comparison.quantities import LINK_TIMES, Quantity
 from uxsim_geo.analysis.types import Booleans, Floats, Integers
 from uxsim_geo.export.comparison.changes import (
@@ -23,7 +24,6 @@ from uxsim_geo.export.comparison.changes import (
     WORSE,
 )
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of, joined_network
-from uxsim_geo.export.comparison.words import number
 from uxsim_geo.export.map_plane import MapPlane, round_below
 from uxsim_geo.export.space_time.choice import FEW_LINKS, number_with_room, part_of_map
 from uxsim_geo.export.space_time.frame import Frame, axes, time_marks
@@ -32,8 +32,8 @@ from uxsim_geo.export.space_time.places import PLACES, cut, tops
 from uxsim_geo.export.space_time.roads import empty_parts, lines_mesh, road_meshes
 from uxsim_geo.export.space_time.scene import boxes, feet, title_of
 from uxsim_geo.export.space_time.walls import RIBBON, Pieces, Walls, runs
-from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.street_names import street_names
 
 Changing = Literal["delay_veh_h", "speed_kmh"]
 

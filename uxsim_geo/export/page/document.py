@@ -17,9 +17,9 @@ from uxsim_geo.export.page.over_time import OverTime
 from uxsim_geo.export.page.places import Places
 from uxsim_geo.export.page.quantities import quantities
 from uxsim_geo.export.page.zones import Zones
-from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.diagram import effective_capacity
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.street_names import street_names
 from uxsim_geo.network.units import KMH, PER_HOUR, PER_KM, TIMES
 
 #: of more links than this the least used are shown only when one looks closer

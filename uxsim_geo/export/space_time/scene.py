@@ -53,8 +53,8 @@ from uxsim_geo.export.space_time.walls import (
     quads,
     runs,
 )
-from uxsim_geo.export.street_names import street_names
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.street_names import street_names
 from uxsim_geo.network.units import KMH, TIMES
 
 MOST_FEET = 150  # more lines under walls would be a thicket
