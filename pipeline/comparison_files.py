@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.report import in_words
-from pipeline.table_formats import write_csv
+from pipeline.table_formats import FORMATS
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
 
@@ -27,6 +27,9 @@ FOLDER = "comparison"
 #: in it, by which a folder of comparisons is known as such
 FACTS = "comparison.json"
 SENTENCES = "summary.txt"
+
+#: a table of more rows is no CSV, which nobody would read and which takes minutes to write
+MOST_CSV_ROWS = 100_000
 
 
 def write_views(study: Study, folder: Path, log: Callable[[str], None]) -> list[str]:
@@ -50,7 +53,7 @@ def write_views(study: Study, folder: Path, log: Callable[[str], None]) -> list[
 
 
 def write_tables(comparisons: Sequence[Comparison], folder: Path) -> list[str]:
-    """Write every table of some comparisons as CSV, those of one kind into one file.
+    """Write every table of some comparisons as CSV, the largest as Parquet; of one kind, one file.
 
     They go into a folder of their own there, and their first column names the scenario. Beside
     them: sentences, and facts as JSON. Returns the names of the files in ``folder``.
@@ -61,8 +64,10 @@ def write_tables(comparisons: Sequence[Comparison], folder: Path) -> list[str]:
     folder.mkdir(parents=True, exist_ok=True)
     for table in tables_of(comparisons[0]):
         parts = [_with_scenario(getattr(one, table), one) for one in comparisons]
-        write_csv(pd.concat(parts, ignore_index=True), folder / f"{table}.csv")
-        names.append(f"{table}.csv")
+        joined = pd.concat(parts, ignore_index=True)
+        ending = "csv" if len(joined) <= MOST_CSV_ROWS else "parquet"
+        FORMATS[ending](joined, folder / f"{table}.{ending}")
+        names.append(f"{table}.{ending}")
     _write_text(folder / SENTENCES, "\n\n".join(map(sentences, comparisons)) + "\n")
     facts = [_facts(one) for one in comparisons]
     text = json.dumps({"comparisons": facts}, indent=1, ensure_ascii=False, allow_nan=False)

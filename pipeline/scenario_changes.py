@@ -76,8 +76,9 @@ def _of_control(placed: StudyPlace, network: Network) -> Iterator[Row]:
     key, value = placed.edit.only()
     line = placed.line
     if key in ("close", "reopen"):
-        what = f"lanes_{CLOSED}" if getattr(value, "lanes", None) else CLOSED
-        told = _when(value)
+        lanes = getattr(value, "lanes", None)
+        what = f"lanes_{CLOSED}" if lanes else CLOSED
+        told = f"{lanes}, {_when(value)}" if lanes else _when(value)
         before, after = (None, told) if key == "close" else (told, None)
         yield from _by_link(value, network, (line, key), (what, before, after))
     elif key == "incident":

@@ -53,7 +53,7 @@ def test_tables_and_sentences_of_two_runs(
     assert said.err == ""
     assert 'simulate.control.closures.0: – in A, {"links": ["3-4"]' in said.out
     assert "closed against small, one pair of runs, 1,200 s each:" in said.out
-    assert "vehicles unfinished: +" in said.out
+    assert "Vehicles unfinished rises by " in said.out
     out = runs[0].parent / "closed_against_small"
     assert main(["inspect", str(out)]) == 0
     assert capsys.readouterr().out.startswith("closed against small, one pair of runs, 1,200 s")
@@ -108,7 +108,7 @@ def test_layers_and_page_lie_beside_and_what_fails_is_told_without_the_rest(
     assert main(["compare", *map(str, runs)]) == 1
     said = capsys.readouterr()
     assert said.err == "error: comparison/bad.png could not be written: no room for bad.png\n"
-    assert "vehicles unfinished: +" in said.out
+    assert "Vehicles unfinished rises by " in said.out
     out = runs[0].parent / "closed_against_small"
     assert sorted(path.name for path in out.iterdir()) == [
         "comparison",

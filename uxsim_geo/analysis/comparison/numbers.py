@@ -72,3 +72,15 @@ def change_in_words(row: Mapping[Any, Any] | pd.Series) -> str:
     if math.isnan(values[1]):
         return mean
     return f"{mean} ({told(values[1])} to {told(values[2])}\u00a0{unit})"
+
+
+def with_interval(
+    change: float, ends: tuple[float, float], unit: str, sure: bool | None = False
+) -> str:
+    """A change with its interval, if it has one; with a sign unless it is ``sure``."""
+    signed = sure is False
+    text = f"{number(change, signed=signed)} {unit}"
+    if math.isnan(ends[0]):
+        return text
+    low, high = (number(end, signed=signed) for end in sorted(ends))
+    return f"{text} (95 %: {low} to {high})"

@@ -10,12 +10,14 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
+from uxsim_geo.analysis.comparison.link_words import links_in_sentences
 from uxsim_geo.analysis.comparison.numbers import (
     NOTHING,
     digits_of,
     is_sure,
     number,
     percent,
+    with_interval,
 )
 from uxsim_geo.analysis.comparison.quantities import EITHER
 from uxsim_geo.analysis.comparison.winners import NOTICED
@@ -35,11 +37,13 @@ TOLD = (
     "gridlocked",
 )
 
+#: share of the vehicles that is not worth a word
+RARE = 0.0005
+
 #: how many times narrower an interval must be by pairing to say so
 WORTH_TELLING = 1.05
 
-#: links that are named, and what delay of one is not worth it, veh·h
-MOST_LINKS = 3
+#: delay that is not worth a sentence, veh·h
 LITTLE = 0.05
 
 #: tells a time bin, of its begin and end, s after the start
@@ -58,7 +62,7 @@ def in_sentences(comparison: Comparison, span: Span | None = None) -> list[str]:
     return [
         *_totals(comparison.totals),
         *_trips(comparison),
-        *_links(comparison.links),
+        *links_in_sentences(comparison.links),
         *_times(comparison, span or _seconds),
         *comparison.remarks,
     ]
@@ -87,12 +91,6 @@ def noticed() -> str:
     return f"{NOTICED.seconds:g} s and {100 * NOTICED.share:g} %"
 
 
-def link_in_words(row: Mapping[Any, Any] | pd.Series) -> str:
-    """Street and link, or the link alone."""
-    street = row["name"]
-    return f"{street} (link {row['link_id']})" if isinstance(street, str) else str(row["link_id"])
-
-
 def _totals(totals: pd.DataFrame) -> Iterator[str]:
     by_figure = {str(row["figure"]): row for row in totals.to_dict("records")}
     first, *others = (by_figure[name] for name in TOLD)
@@ -113,23 +111,11 @@ def _total(row: Mapping[Any, Any]) -> str:
     sure, change = is_sure(row), row["difference"]
     verb = "changes" if sure is False else "rises" if change > 0 else "falls"
     flip = -1.0 if verb == "falls" else 1.0
-    told = _with_interval(flip * change, (flip * row["low"], flip * row["high"]), unit, sure)
+    told = with_interval(flip * change, (flip * row["low"], flip * row["high"]), unit, sure)
     if not math.isnan(row["relative"]):
         told += f", {percent(100 * flip * row['relative'], signed=sure is False)} %"
     base, scenario = (number(row[end], digits=digits_of(change)) for end in ("base", "scenario"))
     return f"{title} {verb} by {told}, from {base} to {scenario} {unit}{_verdict(row)}."
-
-
-def _with_interval(
-    change: float, ends: tuple[float, float], unit: str, sure: bool | None = False
-) -> str:
-    """A change with its interval, if it has one; with a sign unless it is ``sure``."""
-    signed = sure is False
-    text = f"{number(change, signed=signed)} {unit}"
-    if math.isnan(ends[0]):
-        return text
-    low, high = (number(end, signed=signed) for end in sorted(ends))
-    return f"{text} (95 %: {low} to {high})"
 
 
 def _verdict(row: Mapping[Any, Any]) -> str:
@@ -153,7 +139,7 @@ def _trips(comparison: Comparison) -> Iterator[str]:
     yield (
         f"Of {row['vehicles']:,.0f} vehicles, {gain} arrive noticeably earlier and {lose} "
         f"noticeably later, by more than {noticed()} of their trip"
-        f"{rest if unknown != '0' else ''}."
+        f"{rest if row['undetermined_share'] > RARE else ''}."
     )
     yield (
         f"Those who arrive earlier gain {number(row['gained_veh_h'])} veh·h together, "
@@ -178,45 +164,6 @@ def _statuses(statuses: pd.DataFrame) -> Iterator[str]:
         if len(alone):
             vehicles = f"{alone['vehicles'].sum():,.1f}".removesuffix(".0")
             yield f"{vehicles} vehicle{'' if vehicles == '1' else 's'} arrive in the {name} alone."
-
-
-def _links(links: pd.DataFrame) -> Iterator[str]:
-    for side in ("base", "scenario"):
-        alone = links[links["exists"] == side].to_dict("records")
-        if alone:
-            some = ", ".join(map(link_in_words, alone[:MOST_LINKS]))
-            some += ", …" if len(alone) > MOST_LINKS else ""
-            count = f"{len(alone):,} link{'s' if len(alone) > 1 else ''} ({some})"
-            yield f"In the {side} alone: {count}; no differences are told of them."
-    known = links[links["delay_veh_h_difference"].notna()]
-    if known["delay_veh_h_p"].notna().any():
-        found = known[known["delay_veh_h_significant"].fillna(False).astype(bool)]
-        chance = " (of these about 5 % by chance)" if len(found) else ""
-        yield f"Delay changes for sure on {len(found):,} of {len(known):,} links{chance}."
-        known = found
-    for word, sign in (("added", 1.0), ("saved", -1.0)):
-        named = [_link(row) for row in _most_changed(known, sign)]
-        if named:
-            yield f"Most delay is {word} on {'; '.join(named)}."
-
-
-def _most_changed(links: pd.DataFrame, sign: float) -> Iterator[Mapping[Any, Any]]:
-    """Yield the links whose delay rises (+1) or falls (−1) most, one of each street."""
-    change = sign * links["delay_veh_h_difference"]
-    order = change[change >= LITTLE].sort_values(ascending=False, kind="stable").index
-    seen: set[str] = set()
-    for row in links.loc[order].to_dict("records"):
-        street = row["name"] if isinstance(row["name"], str) else row["link_id"]
-        if street not in seen:
-            seen.add(street)
-            yield row
-        if len(seen) == MOST_LINKS:
-            return
-
-
-def _link(row: Mapping[Any, Any]) -> str:
-    change, *ends = (row[f"delay_veh_h_{end}"] for end in ("difference", "low", "high"))
-    return f"{link_in_words(row)} {_with_interval(change, (ends[0], ends[1]), 'veh·h')}"
 
 
 def _times(comparison: Comparison, span: Span) -> Iterator[str]:

@@ -54,10 +54,22 @@ class Differences {
   /** A number of a link: in a time step, or over the whole run where bin is −1; null for none. */
   number(field, link, bin, quantity = this.quantity) {
     const kind = bin < 0 ? "whole" : "time";
+    if (bin >= 0 && (field === "difference" || field === "sure")) return this.derived(field, link, bin, quantity);
     const fields = this.content.fields[kind];
     const row = bin < 0 ? link : link * this.bins + bin;
     const value = this.values[kind][quantity][row * fields.length + fields.indexOf(field)];
-    return Number.isNaN(value) ? null : value;
+    return Number.isFinite(value) ? value : null;
+  }
+
+  /** In a time step, from both sides and the half width, which is infinite where no pair of runs has both. */
+  derived(field, link, bin, quantity) {
+    const [base, scenario, half] = ["base", "scenario", "half"].map((one) => this.number(one, link, bin, quantity));
+    const row = link * this.bins + bin;
+    const fields = this.content.fields.time;
+    const width = this.values.time[quantity][row * fields.length + fields.indexOf("half")];
+    const difference = base === null || scenario === null || width === Infinity ? null : scenario - base;
+    if (field === "difference" || difference === null) return difference;
+    return half === null ? null : Number(Math.abs(difference) > half);
   }
 
   /** Where the link exists: one of BOTH, ONLY_BASE, ONLY_SCENARIO, ABSENT. */

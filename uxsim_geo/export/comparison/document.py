@@ -32,8 +32,9 @@ from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_numb
 from uxsim_geo.export.page.places import Places
 from uxsim_geo.network.network import Network
 
-#: more rows of links, bins and scenarios than this would make the page too large: it has no time
-MOST_CELLS = 4_000_000
+#: more rows of links, bins and scenarios than this would make the page too large (of a city, about
+#: 15 bytes each): it has no time
+MOST_CELLS = 1_500_000
 
 #: of links, as the scripts know them: in both networks, in one alone, in another scenario's alone
 KINDS = {"both": 0, "base": 1, "scenario": 2}
@@ -41,7 +42,11 @@ ABSENT = 3
 
 #: numbers of each link over the whole run, and in each time bin
 WHOLE = ("base", "scenario", "difference", "half", "relative", "sure")
-IN_TIME = ("base", "scenario", "difference", "half", "sure")
+#: the scripts take difference and sureness from these
+IN_TIME = ("base", "scenario", "half")
+
+#: in the place of half a width: both sides are known, and of no pair of runs together
+NO_PAIR = np.inf
 
 #: τ of engines, for capacities that nobody sees where the run does not tell it, s
 USUAL_REACTION_TIME = 1.0
@@ -70,7 +75,7 @@ def parts_of(study: Study) -> dict[str, str]:
             parts[f"whole-{number}-{at}"] = packed_numbers(values)
             if has_time:
                 cells = np.full((len(ids), _bins(found.link_times), len(IN_TIME)), np.nan)
-                numbers = _numbers(found.link_times, later, IN_TIME)
+                numbers = _in_time(found.link_times, later)
                 cells[rows] = numbers.reshape(len(rows), -1, len(IN_TIME))
                 parts[f"time-{number}-{at}"] = packed_numbers(cells)
     return parts
@@ -96,6 +101,15 @@ def _numbers(table: pd.DataFrame, shown: Shown, wanted: Sequence[str]) -> Floats
         if suffix not in columns:
             columns[suffix] = table[f"{name}_{suffix}"].to_numpy(float)
     return np.stack([columns[suffix] for suffix in wanted], axis=1)
+
+
+def _in_time(link_times: pd.DataFrame, shown: Shown) -> Floats:
+    """As :func:`_numbers` of :data:`IN_TIME`, with :data:`NO_PAIR`."""
+    values = _numbers(link_times, shown, IN_TIME)
+    name = shown.quantity.name
+    no_pair = link_times[f"{name}_difference"].isna().to_numpy(bool)
+    values[no_pair & ~np.isnan(values[:, :2]).any(axis=1), 2] = NO_PAIR
+    return values
 
 
 def _document(

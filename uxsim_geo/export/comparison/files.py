@@ -14,10 +14,10 @@ from uxsim_geo.export.comparison.page import write_comparison_page
 from uxsim_geo.export.comparison.plots import (
     difference_map_figure,
     intervals_figure,
-    winners_figure,
 )
 from uxsim_geo.export.comparison.space_time import Changing, difference_scene
 from uxsim_geo.export.comparison.study import Scenario, Study, short_names
+from uxsim_geo.export.comparison.winners_plot import winners_figure
 from uxsim_geo.export.saving import save_figure
 from uxsim_geo.export.space_time.drawing import write_still
 from uxsim_geo.export.space_time.look import Look

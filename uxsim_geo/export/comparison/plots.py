@@ -1,20 +1,19 @@
-"""Plots of a study: intervals of all scenarios, maps of differences, winners and losers."""
+"""Plots of a study: intervals of all scenarios, and maps of differences."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from textwrap import shorten, wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from uxsim_geo.analysis.comparison.numbers import percent
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.comparison.changes import (
     ADDED,
     BETTER,
     EDITED,
-    HARDLY,
     NOT_COMPARED,
     ONLY_BASE,
     ONLY_SCENARIO,
@@ -26,9 +25,10 @@ from uxsim_geo.export.comparison.changes import (
     classes_of,
     significance,
 )
+from uxsim_geo.export.comparison.extent import changed_part
 from uxsim_geo.export.comparison.forest import Panel, panels
-from uxsim_geo.export.comparison.rows import span_in_words
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of, joined_network
+from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.map_sheet import INK, MapSheet, points_of
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 
 
 def difference_map_figure(study: Study, entry: Scenario, shown: Shown) -> Figure:
-    """Map of what a scenario changes on links over the whole run.
+    """Map of what a scenario changes on links over the whole run; of a city, where that is.
 
     Colour and width say how much, pale colours may be chance. Links of one network alone, edited
     links and those that cannot be compared have looks of their own. Raises ValueError if the base
@@ -104,9 +104,13 @@ def difference_map_figure(study: Study, entry: Scenario, shown: Shown) -> Figure
     links = comparison_of(entry).links.set_index("link_id")
     links = links.reindex(network.links["link_id"].astype(str))
     title = literal(f"{entry.name}: change of {shown.label}")
-    sheet = MapSheet.of(network, title, study.about.driving_side)
     values = shown.of(links)
     number = np.where(links["exists"] == "both", class_numbers(values, shown), -2)
+    noticeable = (number >= 0) & (number != len(shown.breaks))
+    plane, edited = MapPlane.of(network), links["changed"].fillna(False).to_numpy(bool)
+    box = changed_part(plane, np.where(noticeable, np.abs(values), 0.0), edited)
+    sheet = MapSheet.around(plane, title, box)
+    sheet = replace(sheet, driving_side=study.about.driving_side)
     share = np.sqrt(np.minimum(np.abs(np.nan_to_num(values)) / shown.breaks[-1], 1.0))
     widths = sheet.narrowest + (sheet.widest - sheet.narrowest) * share
     _draw_changes(sheet, number, widths, significance(links, shown), shown)
@@ -196,52 +200,3 @@ def _draw_legend(sheet: MapSheet, links: pd.DataFrame, number: Integers, shown: 
 def links_known(links: pd.DataFrame, shown: Shown) -> bool:
     """Whether it is known of any link how sure its change is."""
     return bool(np.isfinite(significance(links, shown)).any())
-
-
-def winners_figure(entry: Scenario) -> Figure:
-    """Distribution of the change of travel times, and the shares that gain and that lose."""
-    from matplotlib.figure import Figure
-
-    found = comparison_of(entry)
-    table = found.trip_changes
-    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
-    axes = figure.add_subplot()
-    shares = 100 * table["share"].fillna(0.0).to_numpy(float)
-    colours = [
-        BETTER[1] if to_s <= 0 else WORSE[1] if from_s >= 0 else HARDLY
-        for from_s, to_s in zip(table["from_s"], table["to_s"], strict=True)
-    ]
-    places = np.arange(len(table))
-    axes.bar(places, shares, width=0.94, color=colours)
-    for place, share in zip(places, shares, strict=True):
-        axes.annotate(percent(share), (place, share), ha="center", va="bottom", fontsize=7)
-    words = [
-        "\n".join(wrap(span_in_words(low, high), 6))
-        for low, high in zip(table["from_s"], table["to_s"], strict=True)
-    ]
-    axes.set_xticks(places, words, fontsize=7)
-    axes.set(ylabel="% of those who arrived in both runs", xlabel="change of travel time")
-    axes.set_title(
-        literal(f"{entry.name}: winners and losers") + f"\n{_shares(found.trips)}",
-        loc="left",
-        fontsize=10,
-    )
-    axes.spines[["top", "right"]].set_visible(False)
-    return figure
-
-
-def _shares(trips: pd.DataFrame) -> str:
-    every = trips[trips["group"] == "all"]
-    if every.empty or not every["vehicles"].iloc[0] > 0:
-        return "there are no trips to compare"
-    row = every.iloc[0]
-    told = [
-        f"{percent(100 * row[f'{part}_share'])} % {word}"
-        for part, word in (
-            ("gaining", "gain"),
-            ("little_change", "little change"),
-            ("losing", "lose"),
-            ("undetermined", "unknown"),
-        )
-    ]
-    return f"of {row['vehicles']:,.0f} vehicles: {', '.join(told)}"

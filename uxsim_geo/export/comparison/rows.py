@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.comparison.comparison import Comparison
+from uxsim_geo.analysis.comparison.link_words import link_in_words
 from uxsim_geo.analysis.comparison.numbers import NOTHING, change_in_words, is_sure, number, percent
 from uxsim_geo.analysis.comparison.quantities import CORRIDORS
-from uxsim_geo.analysis.comparison.words import link_in_words
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of
 
