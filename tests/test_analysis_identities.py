@@ -31,8 +31,13 @@ from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
-#: all but the one whose roads are downloaded, which test_osm_download.py runs
-SAMPLES = sorted({path.stem for path in (REPOSITORY / "configs").glob("*.yaml")} - {"osm_place"})
+#: all but studies and those whose roads are downloaded, which test_osm_download.py and
+#: test_heidelberg_study_shared.py run
+SAMPLES = sorted(
+    name
+    for name in (path.stem for path in (REPOSITORY / "configs").glob("*.yaml"))
+    if name not in ("osm_place", "heidelberg") and not name.startswith("study_")
+)
 
 
 @cache

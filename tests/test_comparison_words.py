@@ -69,10 +69,10 @@ def test_links_have_their_street_and_those_of_one_network_alone_no_difference() 
         name=found.links["link_id"].map({"ab": "Long Road", "bd": "Bridge"}).astype("str")
     )
     said = in_sentences(replace(found, links=links))
-    assert "In the base alone: 1 link (Bridge (link bd)); no differences are told of them." in said
+    assert "In the base alone: 1 link (Bridge); no differences are told of them." in said
     assert "In the scenario alone: 1 link (bc); no differences are told of them." in said
     (best,) = (line for line in said if line.startswith("Most delay is saved on "))
-    assert best.startswith("Most delay is saved on Long Road (link ab) −")
+    assert best.startswith("Most delay is saved on Long Road −")
     assert " veh·h (95 %: −" in best
     # other links, so another free flow: delay alone would mislead
     assert any(line.startswith("Links, lengths or free speeds differ") for line in said)

@@ -89,6 +89,5 @@ def _link(row: Mapping[Any, Any], told: _Told) -> str:
 
 
 def link_in_words(row: Mapping[Any, Any] | pd.Series) -> str:
-    """Street and link, or the link alone."""
-    street = row["name"]
-    return f"{street} (link {row['link_id']})" if isinstance(street, str) else str(row["link_id"])
+    """Its street, or its id where it has none."""
+    return row["name"] if isinstance(row["name"], str) else str(row["link_id"])

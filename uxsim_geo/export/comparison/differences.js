@@ -141,7 +141,8 @@ class Differences {
     const both = `${shortly(base)} → ${shortly(scenario)}`;
     if (difference === null) return base === null && scenario === null ? "nobody there" : `${both}: not comparable`;
     const interval = half === null ? "" : ` (${shortly(difference - half)} to ${shortly(difference + half)})`;
-    return `${both}: ${difference > 0 ? "+" : ""}${shortly(difference)}${interval}`;
+    const change = shortly(difference);
+    return `${both}: ${difference > 0 && change !== "0" ? "+" : ""}${change}${interval}`;
   }
 
   alone(side, link, bin) {

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.comparison.numbers import NOTHING
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.comparison.changes import (
     ADDED,
@@ -100,7 +101,9 @@ def _numbers(table: pd.DataFrame, shown: Shown, wanted: Sequence[str]) -> Floats
     for suffix in wanted:
         if suffix not in columns:
             columns[suffix] = table[f"{name}_{suffix}"].to_numpy(float)
-    return np.stack([columns[suffix] for suffix in wanted], axis=1)
+    values = np.stack([columns[suffix] for suffix in wanted], axis=1)
+    # what sums leave of 0 would stretch the axes of charts
+    return np.where(np.abs(values) < NOTHING, 0.0, values)
 
 
 def _in_time(link_times: pd.DataFrame, shown: Shown) -> Floats:
