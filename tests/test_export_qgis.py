@@ -98,7 +98,7 @@ def test_trajectories_have_four_coordinates(seen: dict[str, Any]) -> None:
 
 
 def test_links_have_styles_by_speed_delay_queue_and_use(seen: dict[str, Any]) -> None:
-    assert layer(seen, "links")["styles"] == ["delay", "queue", "speed", "volume"]
+    assert layer(seen, "links")["styles"] == ["delay", "queue", "roads", "speed", "volume"]
     assert layer(seen, "link_states")["styles"] == ["delay", "flow", "queue", "speed"]
     assert layer(seen, "links")["style"] == layer(seen, "link_states")["style"] == "speed"
 
