@@ -60,7 +60,7 @@ site: $(INSTALLED_FOR_TEST)
 
 lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock
-	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra video --extra omx --extra docs \
+	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra dask --extra video --extra omx --extra docs \
 		-c requirements.lock -o requirements-test.lock
 
 LOCK_OPTIONS := --quiet --universal --python-version 3.11 --generate-hashes --upgrade \

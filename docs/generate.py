@@ -15,7 +15,10 @@ from pipeline.config import Config
 from pipeline.config_file import sections_in
 from pipeline.config_keys import ChosenLinks, Period
 from pipeline.demand_config import PlacesSection, ZonesSection
+from pipeline.edits_config_demand import ChosenTrips
+from pipeline.edits_config_network import LinkAttributes
 from uxsim_geo.export.columns import LAYERS, Layer
+from uxsim_geo.export.comparison.columns import OF_ALL, OF_SCENARIO
 
 HEAD = """# Configuration
 
@@ -33,9 +36,11 @@ SHARED: dict[type[BaseModel], str] = {
     Period: "Periods",
     PlacesSection: "Places of demand",
     ZonesSection: "Zones",
+    LinkAttributes: "Attributes of links",
+    ChosenTrips: "Chosen trips",
 }
 
-#: what stands between these lines of ``results.md`` is made here
+#: what stands between these lines of pages about layers is made here
 BEGIN = "<!-- made by docs/generate.py from uxsim_geo/export/columns.py -->"
 END = "<!-- end of what docs/generate.py makes -->"
 
@@ -61,11 +66,21 @@ def configuration_schema() -> str:
     return json.dumps(Config.model_json_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
-def results_page(page: str) -> str:
-    """Return the page of the results with its part of layers and columns made anew."""
+#: layers that pages tell, by the names of the pages
+PAGES: dict[str, dict[str, Layer]] = {
+    "results.md": LAYERS,
+    "studies_results.md": {
+        **{f"{part}_SCENARIO": layer for part, layer in OF_SCENARIO.items()},
+        **OF_ALL,
+    },
+}
+
+
+def results_page(page: str, layers_of_page: dict[str, Layer] = LAYERS) -> str:
+    """Return a page about layers with its part of layers and columns made anew."""
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
-    layers = "\n".join(_layer(name, layer) for name, layer in LAYERS.items())
+    layers = "\n".join(_layer(name, layer) for name, layer in layers_of_page.items())
     return f"{before}{begin}\n\n{layers}\n{end}{after}"
 
 
@@ -158,5 +173,6 @@ if __name__ == "__main__":
     folder = Path(__file__).parent
     (folder / "config.md").write_text(configuration_page(), encoding="utf-8")
     (folder / "config.schema.json").write_text(configuration_schema(), encoding="utf-8")
-    results = folder / "results.md"
-    results.write_text(results_page(results.read_text(encoding="utf-8")), encoding="utf-8")
+    for name, layers in PAGES.items():
+        text = (folder / name).read_text(encoding="utf-8")
+        (folder / name).write_text(results_page(text, layers), encoding="utf-8")

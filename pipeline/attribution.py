@@ -7,6 +7,7 @@ from pipeline.ingest_config import IngestSection
 from uxsim_geo.network.tntp_collection import read_collection
 
 OPENSTREETMAP = "© OpenStreetMap contributors, ODbL"
+ODBL = "https://opendatacommons.org/licenses/odbl/1-0/"
 
 
 def attribution(config: Config) -> str:
@@ -26,3 +27,10 @@ def owners(section: IngestSection) -> str:
     if known is None or not section.roles_of_dataset():
         return ""
     return f"{known.name}: {read_collection().credit}"
+
+
+def licence(config: Config) -> str:
+    """On what terms the data of its sources may be shared; empty: none that is known."""
+    if config.ingest.format == "osm":
+        return ODBL
+    return read_collection().terms if owners(config.ingest) else ""

@@ -3,37 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import math
 import sys
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import fields
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.commands import comparing, exporting, fetching, looking, running, studying
+from pipeline.commands.status import FAILED, INPUT_AT_FAULT
 from pipeline.lines import show
-from pipeline.table_formats import FORMATS
-from pipeline.table_makers import TABLES
-from pipeline.table_options import TableOptions
-from pipeline.tables import Order, export_table
 from uxsim_geo.errors import InputError
 from uxsim_geo.version import __version__
 
 if TYPE_CHECKING:
     from pipeline.runs import RunFolder
 
-DONE = 0
-FAILED = 1
-INPUT_AT_FAULT = 2
-
-STAGE_COMMANDS = {
-    "run": "ingest, simulate and report; what has not changed is not done again",
-    "ingest": "read the source files into the tables of a run",
-    "simulate": "simulate, after ingesting if that is out of date",
-    "report": "figures, layers and pictures, after whatever is out of date",
-}
+#: modules with commands, in the order of the help
+COMMANDS = (running, studying, comparing, looking, exporting, fetching)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -85,147 +71,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for name, text in STAGE_COMMANDS.items():
-        command = commands.add_parser(name, help=text, description=text)
-        command.set_defaults(command=_run, last="report" if name == "run" else name)
-        _add_run_options(command)
-    text = "show what is in a run, a network, a results file or a table"
-    command = commands.add_parser("inspect", help=text, description=text)
-    command.set_defaults(command=_inspect)
-    command.add_argument("path", type=Path, metavar="PATH")
-    text = "check the files of a run against its manifest"
-    command = commands.add_parser("verify", help=text, description=text)
-    command.set_defaults(command=_verify)
-    command.add_argument("path", type=Path, metavar="RUN", help="folder of a run")
-    text = "write a table of a finished run to a file"
-    command = commands.add_parser("export", help=text, description=text)
-    command.set_defaults(command=_export)
-    _add_export_options(command)
-    text = "download open data by name into the cache, and show a configuration that uses them"
-    command = commands.add_parser("fetch", help=text, description=text)
-    command.set_defaults(command=_fetch)
-    command.add_argument("name", nargs="?", metavar="NAME", help="as SiouxFalls; none: list all")
-    command.add_argument("--list", action="store_true", help="list all that is known by name")
+    for module in COMMANDS:
+        module.add_commands(commands)
     return parser
-
-
-def _add_run_options(command: argparse.ArgumentParser) -> None:
-    add = command.add_argument
-    add("config", type=Path, metavar="CONFIG", help="configuration, a YAML file")
-    add("--out", type=_folder, default=Path("runs"), metavar="DIR", help="default: %(default)s")
-    add(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY.SUB=VALUE",
-        help="in place of what the configuration says; may be given several times",
-    )
-    add("--seed", metavar="N", help="short for --set simulate.seed=N")
-    add("--force", action="store_true", help="also repeat stages that are up to date")
-    add("--quiet", action="store_true", help="show neither progress nor results")
-
-
-def _add_export_options(command: argparse.ArgumentParser) -> None:
-    add = command.add_argument
-    add("path", type=Path, metavar="RUN", help="folder of a run")
-    add("--table", required=True, metavar="NAME", help=f"one of {', '.join(TABLES)}")
-    add("--format", choices=FORMATS, help="default: as the file is named, or csv")
-    add("--out", type=Path, metavar="FILE", help="default: RUN/tables/NAME.csv")
-    text = "length of the time bins, s; default: report.bin_s of the run, and for od and "
-    add("--bin-s", type=_above_0, metavar="N", help=f"{text}turning_counts the whole run in one")
-    add("--step-s", type=_above_0, metavar="N", help="between moments of trajectories, s; 10")
-    add("--cell-m", type=_above_0, metavar="N", help="longest part of a link in cells, m; 100")
-    add("--links", type=_names, metavar="A,B", help="link_ids that a table is about")
-    add("--zones", type=_names, metavar="A,B", help="zones that a table is about")
-    text = "polygons with a column name, GeoPackage or GeoJSON"
-    add("--areas", type=Path, metavar="FILE", help=text)
-    text = "counts or travel times to compare with, CSV (docs/results.md)"
-    add("--observed", type=Path, metavar="FILE", help=text)
-
-
-def _above_0(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"must be a finite number above 0 (found {text!r})")
-    return number
-
-
-def _names(text: str) -> tuple[str, ...]:
-    names = tuple(name.strip() for name in next(csv.reader([text]), []))
-    if not names or "" in names:
-        what = "names nothing between commas; write A,B, and a name with a comma in quotes"
-        raise argparse.ArgumentTypeError(f"{what} (found {text!r})")
-    return names
-
-
-def _folder(text: str) -> Path:
-    if not text.strip():
-        raise argparse.ArgumentTypeError("is empty; name a folder, as runs, or . for this one")
-    return Path(text)
-
-
-def _run(options: argparse.Namespace) -> int:
-    from pipeline import ingest, report, simulate
-    from pipeline.config_file import load_config
-    from pipeline.progress import watching
-    from pipeline.results import show_results
-    from pipeline.runs import RunFolder
-    from pipeline.stages import Run
-
-    seed = [] if options.seed is None else [f"simulate.seed={options.seed}"]
-    config = load_config(options.config, [*options.set, *seed])
-    folder = RunFolder(options.out / config.name)
-    stages = (ingest.STAGE, simulate.STAGE, report.STAGE)
-    options.folder = folder
-    with watching(quiet=options.quiet) as watch:
-        run = Run(config, folder, watch, ["uxsim-geo", *options.arguments], stages)
-        problems = run.execute(options.last, force=options.force)
-    for problem in problems:
-        show(f"error: {problem}", sys.stderr)
-    if not options.quiet:
-        show_results(folder)
-    return FAILED if problems else DONE
-
-
-def _inspect(options: argparse.Namespace) -> int:
-    from pipeline.inspection import inspect_path
-
-    show(inspect_path(options.path), sys.stdout)
-    return DONE
-
-
-def _verify(options: argparse.Namespace) -> int:
-    from pipeline.verification import verify_run
-
-    found = verify_run(options.path)
-    for remark in found.remarks:
-        show(f"note: {remark}", sys.stdout)
-    for line in found.wrong:
-        show(f"error: {line}", sys.stderr)
-    if found.wrong:
-        return FAILED
-    show(f"{options.path}: all {found.checked} files are what the run wrote", sys.stdout)
-    return DONE
-
-
-def _export(options: argparse.Namespace) -> int:
-    asked = TableOptions(**{key.name: getattr(options, key.name) for key in fields(TableOptions)})
-    order = Order(options.path, options.table, options.out, options.format, asked)
-    written = export_table(order)
-    for note in written.notes:
-        show(f"note: {note}", sys.stderr)
-    show(f"{written.path}: {written.rows:,} rows, {written.columns} columns", sys.stdout)
-    return DONE
-
-
-def _fetch(options: argparse.Namespace) -> int:
-    from pipeline.open_data import fetch_data, known_data
-
-    if options.list or options.name is None:
-        show(known_data(), sys.stdout)
-        return DONE
-    show(fetch_data(options.name, lambda line: show(line, sys.stderr)), sys.stdout)
-    return DONE

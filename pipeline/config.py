@@ -16,7 +16,9 @@ from pydantic import (
 from pipeline.config_keys import LocatedSection, Section
 from pipeline.control_config import ControlKey, ControlSection
 from pipeline.control_config_routes import ClassEntry
+from pipeline.edits_config import TableEdit
 from pipeline.ingest_config import IngestSection
+from pipeline.measure_config import MeasureSection
 from pipeline.plot_config import PlotEntry
 from pipeline.space_time_config import SpaceTimeSection
 from uxsim_geo.network.driving_side import DrivingSide
@@ -178,7 +180,7 @@ class ReportSection(LocatedSection):
         return self
 
 
-class Config(Section):
+class Config(LocatedSection):
     """One run: where its data come from, how it is simulated, what is reported."""
 
     name: str = Field(
@@ -186,7 +188,15 @@ class Config(Section):
         description="name of the run and of its folder: letters, digits, _ - and .",
     )
     ingest: IngestSection = Field(description="section: where the network and the demand come from")
+    edits: tuple[TableEdit, ...] = Field(
+        (),
+        strict=False,
+        description="changes of network and demand after they are read, one after the other",
+    )
     simulate: SimulateSection = Field(description="section: how the traffic is simulated")
     report: ReportSection = Field(
         ReportSection(), description="section: what is made of the results"
+    )
+    measure: MeasureSection = Field(
+        MeasureSection(), description="section: what the run is compared with others by"
     )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import os
 import re
 import typing
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -43,19 +45,32 @@ def load_config(path: Path, edits: Sequence[str] = ()) -> Config:
 
     Raises :class:`uxsim_geo.errors.InputError` with all faults: line, key, value, what to do.
     """
+    return config_of(read_config(path, edits))
+
+
+def read_config(path: Path, edits: Sequence[str] = ()) -> Reading:
+    """Read a configuration, which is not checked yet; ``edits`` as for :func:`load_config`."""
     document = read_yaml(path)
-    lists = [dotted for dotted, key in iterate_keys() if _one_or_many(key)]
     for edit in edits:
-        set_value(document, edit, lists)
-    reading = Reading(document, path.resolve().parent)
+        set_value(document, edit, keys_of_lists())
+    return Reading(document, path.resolve().parent)
+
+
+def config_of(reading: Reading) -> Config:
+    """Check what was read; raises :class:`uxsim_geo.errors.InputError` as :func:`load_config`."""
     faults: list[Fault] = []
     _take_in_control_file(reading, faults)
-    config = _validated(Config, document.values, reading, faults)
+    config = validated(Config, reading.document.values, reading, faults)
     if config is not None:
-        faults += class_faults(config, document)
+        faults += class_faults(config, reading.document)
     if config is None or faults:
         raise InputError(faults)
     return config
+
+
+def keys_of_lists() -> list[str]:
+    """Return the keys that hold a list of sections, or a single one plainly."""
+    return [dotted for dotted, key in iterate_keys() if _one_or_many(key)]
 
 
 def write_config(config: Config, path: Path) -> None:
@@ -68,9 +83,13 @@ def write_config(config: Config, path: Path) -> None:
 
 def plain_values(section: Section, folder: Path) -> dict[str, Any]:
     """Return what YAML and JSON can hold; files are named relative to ``folder``."""
-    return {
-        name: _plain(value, folder) for name, value in section.model_dump(by_alias=True).items()
-    }
+    return named_values(section, lambda path: relative_name(path, folder))
+
+
+def named_values(section: Section, name_of: Callable[[Path], str]) -> dict[str, Any]:
+    """Return what YAML and JSON can hold; ``name_of`` says how a file or folder is named."""
+    values = section.model_dump(by_alias=True)
+    return {name: _plain(value, name_of) for name, value in values.items()}
 
 
 def relative_name(path: Path, folder: Path) -> str:
@@ -100,6 +119,44 @@ def sections_in(annotation: object) -> Iterator[type[BaseModel]]:
         yield from sections_in(argument)
 
 
+@dataclass(frozen=True)
+class At:
+    """Where in a document keys stand, and what is known of them.
+
+    ``model`` has the keys from ``root`` parts of the place on: of a configuration from the top.
+    """
+
+    place: Place = ()
+    model: type[BaseModel] = Config
+    root: int = 0
+
+    def _dotted(self, place: Place) -> str:
+        """Return the name of a key, which is the same in all entries of a list."""
+        return ".".join(part for part in place[self.root :] if isinstance(part, str))
+
+    def help(self, place: Place) -> str | None:
+        """What the key at a place means; of an entry of pairs what they are."""
+        keys, dotted = dict(iterate_keys(self.model)), self._dotted(place)
+        while dotted and dotted not in keys:
+            dotted = dotted.rpartition(".")[0]
+        return keys[dotted].description if dotted else inspect.getdoc(self.model)
+
+    def nearest(self, place: Place) -> str:
+        """Say which known key an unknown one may be meant for."""
+        section, _, name = self._dotted(place).rpartition(".")
+        known = [key for key, _ in iterate_keys(self.model)]
+        elsewhere = [key for key in known if key.rpartition(".")[2] == name]
+        here = {key.rpartition(".")[2]: key for key in known if key.rpartition(".")[0] == section}
+        alike = [here[near] for near in difflib.get_close_matches(name, here, n=1)]
+        for key in (*alike, *elsewhere):
+            return f"did you mean {key}?"
+        return f"known here: {', '.join(here)}"
+
+
+#: a configuration as a whole
+ROOT = At()
+
+
 def _take_in_control_file(reading: Reading, faults: list[Fault]) -> None:
     """Put what a control file holds in the place of its path; its faults are of its own lines."""
     section = reading.document.values.get("simulate")
@@ -113,27 +170,27 @@ def _take_in_control_file(reading: Reading, faults: list[Fault]) -> None:
         faults += error.faults
         return
     except ValueError as error:
-        what = f"{place_in_words(CONTROL)}: {error} ({_help(CONTROL)})"
+        what = f"{place_in_words(CONTROL)}: {error} ({ROOT.help(CONTROL)})"
         faults.append(Fault(what, *reading.document.origin(CONTROL), None, name))
         return
     own = Reading(read.below(CONTROL), path.parent)
-    control = _validated(ControlSection, read.values, own, faults, CONTROL)
+    control = validated(ControlSection, read.values, own, faults, At(CONTROL))
     section["control"] = control or {}
 
 
-def _validated(
+def validated(
     model: type[_Model],
     values: object,
     reading: Reading,
     faults: list[Fault],
-    above: Place = (),
+    at: At = ROOT,
 ) -> _Model | None:
-    """Make a model of plain values that stand at ``above``; None and all faults if they are not."""
+    """Make a model of plain values that stand somewhere; None and all faults if they are not."""
     try:
         return model.model_validate(values, context=reading)
     except ValidationError as error:
         found = [
-            _fault(details, (*above, *_keys_alone(details)), reading.document)
+            _fault(details, at, reading.document)
             for details in error.errors()
             if not (_follows(details) or _of_another_form(details))
         ]
@@ -145,43 +202,31 @@ def _one_or_many(key: FieldInfo) -> bool:
     return typing.get_origin(key.annotation) is tuple and any(sections_in(key.annotation))
 
 
-def _plain(value: object, folder: Path) -> object:
+def _plain(value: object, name_of: Callable[[Path], str]) -> object:
     if isinstance(value, dict):
-        return {key: _plain(item, folder) for key, item in value.items()}
+        return {key: _plain(item, name_of) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item, folder) for item in value]
+        return [_plain(item, name_of) for item in value]
     if isinstance(value, Path):
-        return relative_name(value, folder)
+        return name_of(value)
     return value.isoformat() if isinstance(value, datetime) else value
 
 
-def _fault(details: ErrorDetails, place: Place, document: YamlSource) -> Fault:
+def _fault(details: ErrorDetails, at: At, document: YamlSource) -> Fault:
+    place = (*at.place, *_keys_alone(details))
     written = document.as_written(place)
     source, line = document.origin(written)
     key = place_in_words(written)
     value = details["input"]
     if details["type"] == "extra_forbidden":
-        return Fault(f"unknown key {key}; {_nearest(_dotted(written))}", source, line)
+        return Fault(f"unknown key {key}; {at.nearest(written)}", source, line)
     if details["type"] == "missing":
         lacks = ": a value is missing" if isinstance(place[-1], int) else " is missing"
-        return Fault(f"{key}{lacks} ({_help(written)})", source, line)
+        return Fault(f"{key}{lacks} ({at.help(written)})", source, line)
     said = _SHOULD.sub("must", details["msg"].removeprefix("Value error, "))
     what = _PLAINLY.get(details["type"], said)
     shown = None if isinstance(value, dict | list) else value
-    return Fault(f"{key}: {what} ({_help(written)})", source, line, None, shown)
-
-
-def _dotted(place: Place) -> str:
-    """Return the name of a key, which is the same in all entries of a list."""
-    return ".".join(part for part in place if isinstance(part, str))
-
-
-def _help(place: Place) -> str | None:
-    """What the key at a place means; of an entry of pairs what they are."""
-    keys, dotted = dict(iterate_keys()), _dotted(place)
-    while dotted not in keys:
-        dotted = dotted.rpartition(".")[0]
-    return keys[dotted].description
+    return Fault(f"{key}: {what} ({at.help(written)})", source, line, None, shown)
 
 
 def _keys_alone(details: ErrorDetails) -> Place:
@@ -198,17 +243,6 @@ def _of_another_form(details: ErrorDetails) -> bool:
 def _follows(details: ErrorDetails) -> bool:
     """Tell whether a list is only said to be too short because its entries are at fault."""
     return details["type"] == "too_short" and bool(details["input"])
-
-
-def _nearest(dotted: str) -> str:
-    section, _, name = dotted.rpartition(".")
-    known = [key for key, _ in iterate_keys()]
-    elsewhere = [key for key in known if key.rpartition(".")[2] == name]
-    here = {key.rpartition(".")[2]: key for key in known if key.rpartition(".")[0] == section}
-    alike = [here[near] for near in difflib.get_close_matches(name, here, n=1)]
-    for key in (*alike, *elsewhere):
-        return f"did you mean {key}?"
-    return f"known here: {', '.join(here)}"
 
 
 def _by_line(fault: Fault) -> int:

@@ -56,9 +56,14 @@ class LocatedSection(Section):
         if isinstance(context, Reading):
             self._origin = Origin(context.document)
 
+    @property
+    def document(self) -> YamlSource | None:
+        """What the section was read from; None: it was not read."""
+        return self._origin.document
+
     def origin(self, place: Place) -> tuple[str, int | None]:
         """Return file and line of a place in the whole configuration."""
-        document = self._origin.document
+        document = self.document
         return document.origin(place) if document else ("", None)
 
 
@@ -134,14 +139,15 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-_WKT = re.compile(r"\s*(multi)?polygon\s*(z|m|zm)?\s*\(", re.IGNORECASE)
+#: how an area begins that is written as WKT
+POLYGON = re.compile(r"\s*(multi)?polygon\s*(z|m|zm)?\s*\(", re.IGNORECASE)
 
 
 def _polygon(value: object, info: ValidationInfo) -> object:
     """Tell WKT from the path of a file, which must be there."""
     if not isinstance(value, str | Path):
         raise ValueError("must be the path of a GeoJSON or GeoPackage file, or WKT")
-    if isinstance(value, str) and _WKT.match(value):
+    if isinstance(value, str) and POLYGON.match(value):
         return value
     return existing_file(Path(value), _folder(info))
 
@@ -169,7 +175,7 @@ def scaled(timetable: float | tuple[tuple[float, float], ...], factor: float) ->
 
 
 class ChosenLinks(Section):
-    """Which links: by their ids, by an expression on their columns, by an area; all must hold."""
+    """Which links: by ids, by an expression on their columns, by area, by street; all must hold."""
 
     links: Ids = Field((), description="link_ids, as [a, b]")
     where: str | None = Field(
@@ -183,11 +189,16 @@ class ChosenLinks(Section):
     polygon_part: Literal["touching", "inside", "entering", "leaving"] = Field(
         "touching", description="which links of that area are meant"
     )
+    street: Id | None = Field(
+        None,
+        description="name of the road, as column name of links has it; of joined links one of them",
+    )
 
     @model_validator(mode="after")
     def _chooses(self) -> Self:
-        if not self.links and self.where is None and self.polygon is None:
-            raise ValueError("says of no link; give links, where or polygon")
+        given = (self.links or None, self.where, self.polygon, self.street)
+        if all(one is None for one in given):
+            raise ValueError("says of no link; give links, where, polygon or street")
         if self.polygon is None and self.polygon_part != "touching":
             raise ValueError("polygon_part needs a polygon")
         return self
@@ -195,7 +206,7 @@ class ChosenLinks(Section):
     def target(self) -> Target:
         """Return what measures are told."""
         polygon = None if self.polygon is None else str(self.polygon)
-        return Target(self.links, self.where, polygon, self.polygon_part)
+        return Target(self.links, self.where, polygon, self.polygon_part, self.street)
 
 
 class Period(Section):

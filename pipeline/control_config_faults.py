@@ -19,6 +19,8 @@ CLASSES: Place = ("simulate", "classes")
 #: units of the library in those of a configuration
 _UNITS = {"veh/s": (PER_HOUR, "veh/h"), "veh/m": (PER_KM, "veh/km"), "m/s": (KMH, "km/h")}
 _WITH_UNIT = re.compile(r"(?:(?P<number>\d[\d.e+-]*) )?\b(?P<unit>veh/s|veh/m|m/s)\b")
+#: keys that choose links, the first given stands for all of them
+_CHOOSE = ("links", "where", "polygon", "street")
 _MEASURE = re.compile(r"\bmeasure (?P<number>\d+)\b")
 
 
@@ -125,8 +127,8 @@ def _keys_in_list(entries: Sequence[object], column: object, value: object) -> P
 
 def _of_chosen(section: Section, key: str) -> Place:
     """Return the key by which links are chosen, of all that stand for ``links``."""
-    if isinstance(section, ChosenLinks) and key == "links" and not section.links:
-        return ("polygon",) if section.where is None else ("where",)
+    if isinstance(section, ChosenLinks) and key == "links":
+        return (next((name for name in _CHOOSE if getattr(section, name)), key),)
     return (key,)
 
 

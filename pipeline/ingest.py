@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pipeline.config import Config
 from pipeline.config_keys import named_files
 from pipeline.demand_sources import of_class, read_demand_entries
+from pipeline.edits import apply_edits, notes_of, placed_edits
 from pipeline.import_notes import PAGE, with_doubts, write_page
 from pipeline.ingest_config import IngestSection
 from pipeline.osm_roads import CACHE, DOWNLOAD, downloaded_files, fetch_roads, roads_of
@@ -28,14 +29,19 @@ if TYPE_CHECKING:
     from uxsim_geo.network.network import Network
     from uxsim_geo.network.telling import Telling
 
+    #: network and demand from the files of a section
+    Reader = Callable[[IngestSection, Telling | None], tuple[Network, Demand]]
+
 #: where the tables lie in a run folder
 NETWORK = "network"
 DEMAND = "demand.parquet"
 DEMAND_NOTES = "demand_notes.parquet"
+#: only where edits have changed platoons
+DEMAND_CHANGES = "demand_changes.parquet"
 
 
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG001
-    named = named_files(config.ingest)
+    named = named_files(config.ingest) | named_files(config.edits, "edits")
     # other runs keep their downloads in the same cache: of it, this run's alone is an input
     files = {name: path for name, path in named.items() if not name.startswith(CACHE)}
     return files | downloaded_files(config.ingest.osm) | dataset_inputs(config.ingest)
@@ -53,25 +59,25 @@ def _downloads(config: Config) -> tuple[str, ...]:
     return () if osm is not None and osm.refresh else (DOWNLOAD, DATASET)
 
 
-def _run(task: Task) -> Outcome:
+def _edit_and_write(task: Task, as_read: Network, demand: Demand) -> Outcome:
+    """Make the edits of the configuration, and write what they leave."""
     import pandas as pd
 
     from uxsim_geo.demand.files import write_demand
     from uxsim_geo.network.files import write_network
     from uxsim_geo.network.note_geometry import placed
-    from uxsim_geo.network.notes import Notes
     from uxsim_geo.network.signal_table import write_signal_table
 
-    section = task.config.ingest
-    network, demand = read_sources(section, task.watch.drawn)
-    notes = Notes()
-    signals = signal_table(section, network, notes)
+    edits = placed_edits(task.config)
+    edited = apply_edits(as_read, demand, edits)
+    network, demand = edited.network, edited.demand
+    notes = notes_of(edits, edited.changes)
+    signals = signal_table(task.config.ingest, as_read, edited, notes)
     told = pd.concat([network.notes, notes.table()], ignore_index=True)
-    network = replace(network, notes=placed(told, network))
+    network = replace(network, notes=placed(told, network, as_read))
     task.begin_writing()
     paths = write_network(network, task.folder / NETWORK)
     paths += write_demand(demand, task.folder / DEMAND)
-    (task.folder / SIGNALS).unlink(missing_ok=True)  # of a run that was not finished
     if signals is not None:
         write_signal_table(signals, task.folder / SIGNALS)
         paths.append(task.folder / SIGNALS)
@@ -81,7 +87,28 @@ def _run(task: Task) -> Outcome:
     return Outcome(names, _words(network, demand), warnings=warnings_in(told))
 
 
-STAGE = Stage("ingest", ("ingest",), _inputs, _run, _prepare, _downloads)
+def stage(read: Reader | None = None) -> Stage:
+    """Return the stage; ``read`` gives the tables as read, as :func:`read_sources` does.
+
+    Runs that differ in their edits alone may share what was read.
+    """
+
+    def run(task: Task) -> Outcome:
+        return _edit_and_write(task, *(read or read_sources)(task.config.ingest, task.watch.drawn))
+
+    return Stage(
+        "ingest",
+        ("name", "ingest", "edits"),  # the page of the import is headed by the run's name
+        _inputs,
+        run,
+        _prepare,
+        _downloads,
+        may_leave=(SIGNALS, DEMAND_CHANGES),
+        storable=True,
+    )
+
+
+STAGE = stage()
 
 
 def read_sources(section: IngestSection, progress: Telling | None = None) -> tuple[Network, Demand]:
@@ -230,6 +257,9 @@ def _other_demand(section: IngestSection, network: Network) -> list[Demand]:
 
 
 def _words(network: Network, demand: Demand) -> str:
+    from uxsim_geo.demand.driven import driven
+
+    demand = driven(demand)
     pairs = len(demand.table[["origin", "destination"]].drop_duplicates())
     doubts = int((network.notes["severity"] == "doubt").sum())
     return (

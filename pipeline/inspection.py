@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.comparison_files import FOLDER, SENTENCES
 from pipeline.import_notes import summary_rows
 from pipeline.ingest import DEMAND_NOTES, NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
@@ -38,7 +39,7 @@ def inspect_path(path: Path) -> str:
             return describe(path)
     what = (
         "is nothing that can be shown: name a run's folder, a folder with links.parquet, "
-        "a .gpkg or a .parquet file"
+        "a comparison, a .gpkg or a .parquet file"
         if path.exists()
         else "no such file or folder"
     )
@@ -136,6 +137,11 @@ def describe_table(path: Path) -> str:
     return f"{path}, {len(table):,} rows\n\n{align(rows)}"
 
 
+def describe_comparison(path: Path) -> str:
+    """What it says."""
+    return (path / FOLDER / SENTENCES).read_text(encoding="utf-8").rstrip("\n")
+
+
 def describe_notes(path: Path) -> str:
     """All notes in words, those that differ in their values alone together; warnings first."""
     from uxsim_geo.parquet import read_tables
@@ -157,6 +163,7 @@ def describe_notes(path: Path) -> str:
 DESCRIPTIONS: Sequence[tuple[Callable[[Path], bool], Callable[[Path], str]]] = (
     (lambda path: (path / MANIFEST).is_file(), describe_run),
     (lambda path: (path / "links.parquet").is_file(), describe_network),
+    (lambda path: (path / FOLDER / SENTENCES).is_file(), describe_comparison),
     (lambda path: path.is_file() and path.suffix == ".gpkg", describe_geopackage),
     (lambda path: path.is_file() and path.name in (NOTES, DEMAND_NOTES), describe_notes),
     (lambda path: path.is_file() and path.suffix == ".parquet", describe_table),

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 from pipeline.lines import show
@@ -36,6 +37,9 @@ class Watch(Protocol):
     def drawn(self, name: str, share: float) -> None:
         """Take how far a film has come, 0 to 1."""
 
+    def counted(self, done: int, of: int) -> None:
+        """Take how many runs of a study are done; each has had its line."""
+
 
 class Silence:
     """For ``--quiet``: nothing is shown."""
@@ -47,6 +51,9 @@ class Silence:
         """Pass over it."""
 
     def drawn(self, name: str, share: float) -> None:
+        """Pass over it."""
+
+    def counted(self, done: int, of: int) -> None:
         """Pass over it."""
 
 
@@ -103,6 +110,9 @@ class Lines:
             done = f"  {name}: {25 * quarters or round(100 * share)} %"
             self.say(f"{done}, {to_go}" if to_go else done)
 
+    def counted(self, done: int, of: int) -> None:
+        """Pass over it: the lines of the runs say it."""
+
 
 class Terminal:
     """A bar with simulated time, vehicles on the road and speed, redrawn in place."""
@@ -137,6 +147,41 @@ class Terminal:
             words=", ".join(filter(None, (name, self.pace.to_go(name, share)))),
             visible=share < 1,
         )
+
+    def counted(self, done: int, of: int) -> None:
+        """Move the bar; it goes with the last run."""
+        self.bar.update(
+            self.task,
+            total=float(of),
+            completed=float(done),
+            so_far=f"{done:,} of {of:,}",
+            words="runs",
+            visible=done < of,
+        )
+
+
+@dataclass(frozen=True)
+class Prefixed:
+    """Passes on what it is told, with a name before every line."""
+
+    name: str
+    watch: Watch
+
+    def say(self, text: str) -> None:
+        """Pass the lines on."""
+        self.watch.say("\n".join(f"{self.name}: {line}" for line in text.splitlines()))
+
+    def simulated(self, progress: Progress) -> None:
+        """Pass it on."""
+        self.watch.simulated(progress)
+
+    def drawn(self, name: str, share: float) -> None:
+        """Pass it on."""
+        self.watch.drawn(f"{self.name}: {name}", share)
+
+    def counted(self, done: int, of: int) -> None:
+        """Pass it on."""
+        self.watch.counted(done, of)
 
 
 @contextmanager

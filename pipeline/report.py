@@ -57,7 +57,7 @@ def _run(task: Task) -> Outcome:
             write(task.folder / name)
             written.append(name)
         except Exception as error:  # noqa: BLE001  told below, and the command fails by it
-            problems += [f"{name} could not be written: {what}" for what in _in_words(error)]
+            problems += [f"{name} could not be written: {what}" for what in in_words(error)]
             task.folder.log("".join(traceback.format_exception(error)))
     return Outcome(written, ", ".join(written), problems=problems)
 
@@ -78,7 +78,7 @@ def _writers(task: Task, material: Material) -> Writers:
     return writers
 
 
-def _in_words(error: Exception) -> list[str]:
+def in_words(error: Exception) -> list[str]:
     """What went wrong, a line each: as it was meant for the reader, else after the type's name."""
     if isinstance(error, InputError):
         return [str(fault) for fault in error.faults]

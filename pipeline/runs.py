@@ -44,6 +44,8 @@ class StageRecord:
         why outputs are missing; empty where the stage is complete
     started, wall_s
         when it ran (UTC), and for how many seconds
+    key
+        of the outputs in a store; empty where they are in none
     versions
         of the libraries that it ran with, by their names
     """
@@ -55,6 +57,7 @@ class StageRecord:
     problems: list[str] = field(default_factory=list)
     started: str = ""
     wall_s: float = 0.0
+    key: str = ""
     versions: dict[str, str] = field(default_factory=dict)
 
 
@@ -98,7 +101,7 @@ class RunFolder:
             data = json.loads((self / MANIFEST).read_text(encoding="utf-8"))
             if data.pop("format") != MANIFEST_FORMAT:
                 return Manifest()
-            stages = {name: _stage_record(entry) for name, entry in data["stages"].items()}
+            stages = {name: stage_record(entry) for name, entry in data["stages"].items()}
             return Manifest(data["run"], stages)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             # absent, unreadable or damaged: nothing in it counts, every stage is run again
@@ -110,11 +113,11 @@ class RunFolder:
         with replace_when_complete(self / MANIFEST) as path:
             path.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
-    def log(self, text: str) -> None:
-        """Add lines to the run's log, with the time."""
+    def log(self, text: str, name: str = LOG) -> None:
+        """Add lines to the run's log, or another one, with the time."""
         self.create()
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        with (self / LOG).open("a", encoding="utf-8") as log:
+        with (self / name).open("a", encoding="utf-8") as log:
             log.writelines(f"{now} {line}\n" for line in text.splitlines())
 
     def output_records(self, names: Iterable[str]) -> dict[str, FileRecord]:
@@ -137,7 +140,8 @@ def is_unchanged(record: FileRecord, path: Path) -> bool:
         return False
 
 
-def _stage_record(entry: dict[str, Any]) -> StageRecord:
+def stage_record(entry: dict[str, Any]) -> StageRecord:
+    """Make a record of what JSON holds; raises ValueError, KeyError or TypeError if it cannot."""
     # outputs are deleted when they are out of date: never one outside the folder
     if any(
         PurePath(name).is_absolute() or ".." in PurePath(name).parts for name in entry["outputs"]

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pipeline.config import Config
+    from pipeline.edits import Edited
     from uxsim_geo.control.signals import Signal
     from uxsim_geo.network.network import Network
     from uxsim_geo.network.notes import Notes
@@ -21,21 +22,42 @@ if TYPE_CHECKING:
 SIGNALS = "network/signals.csv"
 
 
-def signal_table(section: IngestSection, network: Network, notes: Notes) -> pd.DataFrame | None:
+def signal_table(
+    section: IngestSection, as_read: Network, edited: Edited, notes: Notes
+) -> pd.DataFrame | None:
     """The plans of the configuration's table, of GMNS tables, or by the rule; None: no signals.
 
-    ``notes`` collects what was assumed and left out.
+    Tables of plans are of the network as it was read: of them goes what edits have taken out. The
+    rule plans for the network with its edits. ``notes`` collects what was assumed and left out.
     """
-    import pandas as pd
-
-    from uxsim_geo.network.signal_plans import signal_plans
     from uxsim_geo.network.signal_table import read_signal_table
 
     if section.signal_table is not None:
-        return read_signal_table(section.signal_table, network, notes=notes)
-    if section.signals == "none" or not (network.nodes["control"] == "signal").any():
+        given = read_signal_table(section.signal_table, as_read, notes=notes)
+        return _still_there(given, edited)
+    if section.signals == "none" or not (as_read.nodes["control"] == "signal").any():
         return None
-    given = _gmns_plans(section, network, notes)
+    given = _still_there(_gmns_plans(section, as_read, notes), edited)
+    return _with_rule(given, edited.network, notes)
+
+
+def _still_there(table: pd.DataFrame, edited: Edited) -> pd.DataFrame:
+    """Leave out nodes without their signals any more, and links that are gone."""
+    from uxsim_geo.scenario.links_removed import without_signals_over
+
+    if edited.unsignalled:
+        table = table[~table["node_id"].isin(edited.unsignalled)].reset_index(drop=True)
+    if edited.gone:
+        table = without_signals_over(table, set(edited.network.links["link_id"]))
+    return table
+
+
+def _with_rule(given: pd.DataFrame, network: Network, notes: Notes) -> pd.DataFrame | None:
+    """Plan the signals for which no plan is given."""
+    import pandas as pd
+
+    from uxsim_geo.network.signal_plans import signal_plans
+
     timed = network.nodes["node_id"].isin(given["node_id"].unique())
     open_nodes = network.nodes.assign(control=network.nodes["control"].mask(timed, "none"))
     table = signal_plans(replace(network, nodes=open_nodes), notes=notes)

@@ -31,8 +31,8 @@ SPEED_LIMITS = "speed_limits.parquet"
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
     tables = (f"{ingest.NETWORK}/{table}.parquet" for table in ("nodes", "links", "movements"))
     files = {name: folder / name for name in (*tables, ingest.DEMAND)}
-    if (folder / SIGNALS).is_file():
-        files[SIGNALS] = folder / SIGNALS
+    sometimes = (SIGNALS, ingest.DEMAND_CHANGES)
+    files |= {name: folder / name for name in sometimes if (folder / name).is_file()}
     areas = dict.fromkeys(files_in(config.simulate))
     return files | {f"area.{number}": path for number, path in enumerate(areas)}
 
@@ -42,7 +42,6 @@ def _run(task: Task) -> Outcome:
 
     result = _simulated(task)
     task.begin_writing()
-    (task.folder / SPEED_LIMITS).unlink(missing_ok=True)  # of a run that was not finished
     tables = {EVENTS: result.events, TRIPS: result.trips}
     if len(result.speed_limits):
         tables[SPEED_LIMITS] = result.speed_limits
@@ -57,7 +56,7 @@ def _run(task: Task) -> Outcome:
     return Outcome(tuple(tables), _words(result), figures, warnings=warnings)
 
 
-STAGE = Stage("simulate", ("simulate",), _inputs, _run)
+STAGE = Stage("simulate", ("simulate",), _inputs, _run, may_leave=(SPEED_LIMITS,), storable=True)
 
 
 def _simulated(task: Task) -> Result:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipeline.table_options import TableOptions
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import InputError
 
 if TYPE_CHECKING:
-    import geopandas as gpd
     import pandas as pd
 
     from pipeline.config import Config
@@ -171,36 +170,14 @@ def _area_pairs(run: FinishedRun) -> pd.DataFrame:
     return area_pairs(run.result, run.network, _areas(run, nodes_in_polygons, "node"))
 
 
-def _polygons(run: FinishedRun) -> gpd.GeoDataFrame:
-    """The areas asked for, from their file."""
-    import geopandas as gpd
-
-    path = run.options.areas
-    assert path is not None
-    if not path.is_file():
-        raise InputError([Fault("--areas: there is no such file", value=path)])
-    try:
-        polygons: gpd.GeoDataFrame = gpd.read_file(path)
-    except (OSError, RuntimeError, ValueError) as error:
-        what = f"--areas: is no file of polygons that can be read ({error})"
-        raise InputError([Fault(what, value=path)]) from None
-    return polygons
-
-
 def _areas(
     run: FinishedRun, find: Callable[..., dict[str, list[str]]], kind: str
 ) -> dict[str, list[str]]:
-    """The areas that hold something, others are noted; raises where none does."""
-    try:
-        areas = find(run.network, _polygons(run), "name")
-    except InputError as error:
-        source = f"--areas {run.options.areas}"
-        raise InputError([replace(fault, source=source) for fault in error.faults]) from None
-    filled = {name: members for name, members in areas.items() if members}
-    if not filled:
-        what = f"--areas: no {kind} of the network lies in any of them; is their CRS right?"
-        raise InputError([Fault(what, value=run.options.areas)])
-    empty = [name for name in areas if name not in filled]
+    """The areas asked for that hold something; others are noted."""
+    from pipeline.polygons import PolygonFile, areas_in
+
+    assert run.options.areas is not None
+    filled, empty = areas_in(run.network, PolygonFile("--areas", run.options.areas), find, kind)
     if empty:
         run.notes.append(f"no {kind} lies in {', '.join(empty)}: left out")
     return filled

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.runs import Manifest, RunFolder, StageRecord, is_unchanged
+from pipeline.finished import check_run, read_run
+from pipeline.runs import Manifest, RunFolder
 from pipeline.table_formats import FORMATS
 from pipeline.table_makers import TABLES, FinishedRun
 from pipeline.table_options import FLAGS, TableOptions
@@ -61,10 +62,10 @@ def export_table(order: Order) -> Written:
     faults = Faults()
     _check_table(order, faults)
     _check_place(order, manifest, faults)
-    _check_run(folder, manifest, faults)
+    check_run(folder, manifest, faults)
     faults.raise_if_any()
     form = order.format or (order.out.suffix.lower()[1:] if order.out else "csv")
-    run = _read_run(folder, manifest, order.options)
+    run = FinishedRun(read_run(folder, manifest), order.options)
     table = TABLES[order.table].make(run)
     path = order.out or folder / FOLDER / f"{order.table}.{form}"
     try:
@@ -113,50 +114,3 @@ def _check_place(order: Order, manifest: Manifest, faults: Faults) -> None:
         faults.add(f"--out: in a run's folder only {FOLDER}/ is for tables", value=order.out)
     elif place in {source.resolve() for source in sources}:
         faults.add("--out: the run was made from this file; name another", value=order.out)
-
-
-def _check_run(folder: RunFolder, manifest: Manifest, faults: Faults) -> None:
-    """See that the run has been simulated, and that tables come from just those files."""
-    own = Faults(str(folder.path))
-    stages = manifest.stages
-    if not stages:
-        own.add("is no run: it holds no readable manifest.json; name one, as runs/sioux_falls")
-    elif not {"ingest", "simulate"} <= stages.keys():
-        own.add("has not been simulated: uxsim-geo simulate with its configuration does that")
-    else:
-        for problem in (*stages["ingest"].problems, *stages["simulate"].problems):
-            own.add(problem)
-        _check_files(folder, stages, own)
-    faults.extend(own)
-
-
-def _check_files(folder: RunFolder, stages: dict[str, StageRecord], faults: Faults) -> None:
-    """Compare the tables of ingestion, as the simulation read them, and what it wrote."""
-    from pipeline.simulate import tables_of
-
-    records = stages["ingest"].outputs | stages["simulate"].outputs
-    read = stages["simulate"].inputs.values()
-    records |= {record.path: record for record in read if record.path in records}
-    for name in sorted({*records, *tables_of(folder)}):
-        if name not in records or not is_unchanged(records[name], folder / name):
-            wrong = "is not what the run wrote" if (folder / name).exists() else "is missing"
-            faults.add(f"{name} {wrong}; run it again")
-
-
-def _read_run(folder: RunFolder, manifest: Manifest, options: TableOptions) -> FinishedRun:
-    from pydantic import ValidationError
-
-    from pipeline.config import Config
-    from pipeline.material import read_material
-    from pipeline.progress import Silence
-    from pipeline.stages import Task
-
-    try:
-        # not from config.yaml, whose source files may be elsewhere by now
-        config = Config.model_validate(manifest.run["config"])
-    except (KeyError, ValidationError):
-        what = "was made by another version of uxsim-geo, or its manifest is damaged; run it again"
-        raise InputError([Fault(what, str(folder.path))]) from None
-    figures = {name: stage.figures for name, stage in manifest.stages.items()}
-    task = Task(config, folder, figures, Silence(), lambda: None)
-    return FinishedRun(read_material(task), options)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.ro_crate import METADATA
 from pipeline.runs import CONFIG, LOG, MANIFEST, FileRecord, Manifest, RunFolder, is_unchanged
 from pipeline.stages import other_versions
 from uxsim_geo.errors import Fault, InputError
@@ -47,7 +48,7 @@ def verify_run(path: Path) -> Verification:
     ]
     wrong = changed + list(_doubts(manifest))
     remarks = [
-        *_changed_inputs(folder, manifest),
+        *changed_inputs(folder, manifest),
         *_unknown_files(folder, records),
         *_versions(manifest),
     ]
@@ -83,7 +84,7 @@ def _maker(name: str, manifest: Manifest) -> str | None:
     return next(makers, None)
 
 
-def _changed_inputs(folder: RunFolder, manifest: Manifest) -> Iterator[str]:
+def changed_inputs(folder: RunFolder, manifest: Manifest) -> Iterator[str]:
     """Sources of the run that are gone or have changed since."""
     for stage in manifest.stages.values():
         for record in stage.inputs.values():
@@ -100,7 +101,7 @@ def _versions(manifest: Manifest) -> Iterator[str]:
 
 
 def _unknown_files(folder: RunFolder, records: dict[str, FileRecord]) -> Iterator[str]:
-    known = {*records, MANIFEST, LOG}
+    known = {*records, MANIFEST, LOG, METADATA}
     for path in sorted(folder.path.rglob("*")):
         name = path.relative_to(folder.path).as_posix()
         if path.is_file() and name not in known:

@@ -23,20 +23,20 @@ class YamlSource:
 
     lines
         line of the key (in a mapping) or of the item (in a list), by place
-    names
-        where a value came from, for those that do not come from the file (``--set``), by place
+    origins
+        source and line of what does not come from the file (``--set``, edits of a study), by place
     """
 
     source: str
     values: dict[str, object] = field(default_factory=dict)
     lines: dict[Place, int] = field(default_factory=dict)
-    names: dict[Place, str] = field(default_factory=dict)
+    origins: dict[Place, tuple[str, int | None]] = field(default_factory=dict)
 
     def origin(self, place: Place) -> tuple[str, int | None]:
         """Return source and line of the value at ``place``, or of what it would stand in."""
         for length in range(len(place), 0, -1):
-            if place[:length] in self.names:
-                return self.names[place[:length]], None
+            if place[:length] in self.origins:
+                return self.origins[place[:length]]
             if place[:length] in self.lines:
                 return self.source, self.lines[place[:length]]
         return self.source, None
@@ -54,6 +54,20 @@ class YamlSource:
             elif isinstance(container, list) and isinstance(part, int):
                 container = container[part] if part < len(container) else None
         return written
+
+    def take_origins(self, other: YamlSource, from_place: Place, place: Place) -> None:
+        """Note that what stands at ``place`` here is what stands at ``from_place`` elsewhere."""
+        depth = len(from_place)
+        self.origins[place] = other.origin(from_place)
+        for own in (*other.lines, *other.origins):
+            if own[:depth] == from_place:
+                self.origins[(*place, *own[depth:])] = other.origin(own)
+
+    def forget_origins(self, place: Place) -> None:
+        """Forget where what stands at ``place`` came from: something else stands there now."""
+        depth = len(place)
+        self.lines = {own: line for own, line in self.lines.items() if own[:depth] != place}
+        self.origins = {own: at for own, at in self.origins.items() if own[:depth] != place}
 
     def below(self, place: Place) -> YamlSource:
         """Return the document as if it stood at a place of another one, under its own name."""
@@ -130,11 +144,23 @@ def set_value(document: YamlSource, assignment: str, lists: Collection[str] = ()
     node = _compose(text, faults)
     faults.raise_if_any()
     value = None if node is None else _Reader(YamlSource(faults.source), faults).value(node, ())
+    faults.raise_if_any()
+    place = put_value(document, keys, value, faults, lists)
+    faults.raise_if_any()
+    document.origins[place] = (faults.source, None)
+
+
+def put_value(
+    document: YamlSource,
+    keys: list[str],
+    value: object,
+    faults: Faults,
+    lists: Collection[str] = (),
+) -> Place:
+    """Put a value under some keys, as :func:`set_value` does; returns its place."""
+    before = len(faults.found)
     keys = _as_written(document.values, keys, lists, faults)
-    faults.raise_if_any()
-    place = _assign(document.values, keys, value, faults)
-    faults.raise_if_any()
-    document.names[place] = faults.source
+    return _assign(document.values, keys, value, faults) if len(faults.found) == before else ()
 
 
 def _as_written(

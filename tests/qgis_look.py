@@ -7,6 +7,7 @@ Run by the system's python3, which has QGIS, apart from the environment of the t
 
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -32,7 +33,7 @@ from qgis.core import (
 from qgis.PyQt.QtCore import QSize, Qt
 from qgis.PyQt.QtGui import QColor
 
-STATES = "uxsim_geo_link_states"
+STATES = "uxsim_geo_link_states"  # of a run; those of a study have the scenario's name behind
 
 
 def layer_told(layer):
@@ -75,6 +76,8 @@ def faults(layer):
         manager.setCurrentStyle(style)
         renderer = layer.renderer()
         texts = [renderer.legendClassificationAttribute()]
+        if renderer.type() == "RuleRenderer":
+            texts += [rule.filterExpression() for rule in renderer.rootRule().descendants()]
         texts += [clause.expression().expression() for clause in renderer.orderBy().list()]
         for symbol in renderer.symbols(QgsRenderContext()):
             for part in symbol.symbolLayers():
@@ -174,13 +177,15 @@ def look(package, folder):
         "mode": project.readNumEntry("TemporalControllerWidget", "/NavigationMode")[0],
     }
     times = []
-    if STATES in layers:
+    visible = [found.layerId() for found in project.layerTreeRoot().findLayers()]
+    states = next((key for key in visible if key.startswith(STATES)), None)
+    if states is not None:
         times = frames(project)
-        told["frames"] = [rows_at(layers[STATES], time) for time in times]
+        told["frames"] = [rows_at(layers[states], time) for time in times]
     told["themes"] = {}
     for theme in project.mapThemeCollection().mapThemes():
         shown = times[len(times) // 2] if theme.startswith("in time") and times else None
-        path = str(folder / (theme.replace(": ", "_").replace(" ", "_") + ".png"))
+        path = str(folder / (re.sub(r"\W+", "_", theme) + ".png"))
         told["themes"][theme] = draw(project, theme, shown, path)
     told["layouts"] = {}
     for layout in project.layoutManager().printLayouts():

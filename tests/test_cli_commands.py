@@ -191,6 +191,7 @@ def test_a_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
         "plots/network_average.png",
         "plots/travel_times.svg",
         "results.gpkg",
+        "ro-crate-metadata.json",
         "run.log",
         "summary.json",
         "trips.parquet",

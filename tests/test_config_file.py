@@ -231,15 +231,18 @@ def test_own_configurations_are_valid(path: Path) -> None:
 def test_pages_made_from_the_code_are_in_step_with_it() -> None:
     code = (
         "import json, runpy; made = runpy.run_path('docs/generate.py');"
-        "results = open('docs/results.md', encoding='utf-8').read();"
-        "print(json.dumps([made['configuration_page'](), made['configuration_schema'](),"
-        " made['results_page'](results)]))"
+        "read = lambda name: open('docs/' + name, encoding='utf-8').read();"
+        "pages = {name: made['results_page'](read(name), layers)"
+        " for name, layers in made['PAGES'].items()};"
+        "print(json.dumps([made['configuration_page'](), made['configuration_schema'](), pages]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=REPOSITORY, check=True, capture_output=True, text=True
     )
-    page, schema, results = json.loads(done.stdout)
+    page, schema, pages = json.loads(done.stdout)
     docs = REPOSITORY / "docs"
     assert page == (docs / "config.md").read_text(encoding="utf-8")
     assert schema == (docs / "config.schema.json").read_text(encoding="utf-8")
-    assert results == (docs / "results.md").read_text(encoding="utf-8")
+    assert set(pages) == {"results.md", "studies_results.md"}
+    for name, text in pages.items():
+        assert text == (docs / name).read_text(encoding="utf-8")

@@ -235,7 +235,11 @@ def test_trips_may_name_the_default_class(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "line", "expected"),
     [
-        ("tolls: [{amount: 1}]", 1, "tolls[0]: says of no link; give links, where or polygon"),
+        (
+            "tolls: [{amount: 1}]",
+            1,
+            "tolls[0]: says of no link; give links, where, polygon or street",
+        ),
         ("tolls:\n- links: [a]\n  amont: 1", 2, "control.tolls[0].amount is missing"),
         ("tolls:\n- links: [a]\n  amount: 1\n  end: 3", 4, "did you mean simulate.control.tolls."),
         ("toll: []", 1, "unknown key simulate.control.toll; did you mean simulate.control.tolls?"),

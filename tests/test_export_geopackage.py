@@ -310,7 +310,7 @@ def test_notes_and_run_information_are_text_as_given(package: Path) -> None:
         "a'b",
         "length",
         "warning",
-        'it\'s "short"',
+        'it\'s "short" (3.5)',
         "3.5",
     ]
     information = pyogrio.read_dataframe(package, layer="run_info")

@@ -51,6 +51,17 @@ def ids(network: Network, target: Target) -> list[str]:
     return network.links["link_id"].iloc[select_links(network, target)].tolist()
 
 
+def test_a_street_is_all_links_of_its_name_joined_ones_too() -> None:
+    assert ids(PLAIN, Target(street="High Street")) == ["a1", "b2"]
+    assert ids(PLAIN, Target(street="High Street", where="lanes == 2 and width < 8")) == ["a1"]
+    joined = PLAIN.links.assign(name=["High Street; Mill Lane", None, "Mill Lane", "Mill Lane 2"])
+    held = Network(PLAIN.nodes, joined.set_index(pd.Index([7, 3, 5, 1])))
+    assert ids(held, Target(street="Mill Lane")) == ["a1", "b1"]
+    assert "did you mean Mill Lane or Mill Lane 2?" in refusal(held, Target(street="Mil Lane"))
+    nameless = Network(PLAIN.nodes, PLAIN.links.drop(columns="name"))
+    assert "have no names" in refusal(nameless, Target(street="Mill Lane"))
+
+
 def refusal(network: Network, target: Target) -> str:
     with pytest.raises(InputError) as error:
         select_links(network, target)
@@ -273,7 +284,7 @@ def test_reference_systems_that_are_not_known_are_refused(tmp_path: Path) -> Non
 
 
 def test_targets_that_say_nothing_or_half_are_refused() -> None:
-    assert "give links, where or polygon" in refusal(PLAIN, Target())
+    assert "give links, where, polygon or street" in refusal(PLAIN, Target())
     assert "is part of a polygon" in refusal(PLAIN, Target(("a1",), part="inside"))
     odd = Target(polygon=SQUARE.wkt, part="near")  # type: ignore[arg-type]
     assert "must be one of touching" in refusal(mapped(), odd)

@@ -55,7 +55,8 @@ def contents(folder: Path) -> dict[str, bytes]:
         for path in (folder / "run").rglob("*")
         if path.is_file()
     }
-    return {name: data for name, data in files.items() if name not in ("manifest.json", "run.log")}
+    told = ("manifest.json", "ro-crate-metadata.json", "run.log")
+    return {name: data for name, data in files.items() if name not in told}
 
 
 def manifest(folder: Path) -> dict[str, Any]:

@@ -29,6 +29,8 @@ ROUNDING = np.uint64(0x5)
 INFORMED = np.uint64(0x6)
 COMPLIANCE = np.uint64(0x7)
 ENFORCED = np.uint64(0x8)
+STAYS = np.uint64(0x9)
+MOVED = np.uint64(0xA)
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)

@@ -28,7 +28,7 @@ Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Target:
-    """Links chosen by their ids, by an expression on their attributes, by an area; or by all.
+    """Links chosen by ids, by an expression on attributes, by an area, by street; or by all.
 
     What is given must hold together: ``Target(where="lanes >= 2", polygon=…)`` are the links with
     two lanes in that area.
@@ -42,17 +42,21 @@ class Target:
     part
         of the links that touch the polygon: all of them; those inside; those that lead into it,
         or out of it
+    street
+        name of the road, as column ``name`` has it
     """
 
     links: tuple[str, ...] = ()
     where: str | None = None
     polygon: str | None = None
     part: Literal["touching", "inside", "entering", "leaving"] = "touching"
+    street: str | None = None
 
     def __str__(self) -> str:
         parts = [f"links {', '.join(self.links)}"] if self.links else []
         parts += [f"links where {self.where}"] if self.where else []
         parts += [f"links {self.part} {self.polygon}"] if self.polygon else []
+        parts += [f"links of {self.street}"] if self.street else []
         return " and ".join(parts) or "no links"
 
 

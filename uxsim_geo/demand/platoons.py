@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.control.drivers import DEFAULT
+from uxsim_geo.demand.changed_platoons import changed_platoons
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.rounding import round_keeping_totals
 from uxsim_geo.draws import DEPARTURE, Keys, combine, text_keys, unit
@@ -43,15 +44,24 @@ class Platoons:
     vehicles: Ints
     key: Keys
 
-    def counts(self) -> dict[tuple[str, str, str], int]:
-        """Count the platoons by origin, destination and class."""
+    def next_numbers(self) -> dict[tuple[str, str, str], int]:
+        """Number of the next platoon by origin, destination and class; from some some are gone."""
         names = zip(
             self.node_ids[self.origin],
             self.node_ids[self.destination],
             np.array(self.class_names, object)[self.driver_class],
             strict=True,
         )
-        return dict(Counter(names))
+        following: dict[tuple[str, str, str], int] = {}
+        for name, number in zip(names, self.number.tolist(), strict=True):
+            following[name] = max(following.get(name, 0), number + 1)
+        return following
+
+    def only(self, rows: npt.NDArray[Any]) -> Platoons:
+        """Return some of the platoons, in the order of ``rows`` (numbers, or a flag for each)."""
+        by_platoon = ("origin", "destination", "driver_class", "route", "number", "depart")
+        names = (*by_platoon, "vehicles", "key")
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
     def joined(self, more: Platoons) -> Platoons:
         """Return these platoons and more behind them."""
@@ -91,6 +101,11 @@ def make_platoons(
     profile at any number of platoons. ``truncate``: every row of the demand is cut to whole
     platoons, and each departs when its last vehicle has accumulated, as in UXsim.
 
+    Batches are rounded and cut apart, and numbered on from one another: the platoons of batch 0 are
+    what they would be alone.
+
+    The changes of the demand come last, so that platoons which they do not concern are the same.
+
     ``taken`` numbers of platoons are in use already, by origin, destination and class.
     """
     ends = _Ends.of(demand.table)
@@ -102,14 +117,12 @@ def make_platoons(
         totals = weighted_counts(rows.group, rows.vehicles, kinds.pair.size)
         keys = combine(pair_keys[kinds.pair], kinds.route.astype(np.uint64))
         keys = np.where(kinds.route < 0, pair_keys[kinds.pair], keys)
-        whole = round_keeping_totals(
-            totals, kinds.origin[kinds.pair], kinds.destination[kinds.pair], keys
-        )
+        whole = _rounded(totals, kinds, keys)
         kind_of_group = np.arange(whole.size)
     else:
         totals, kind_of_group = rows.vehicles, rows.group
         whole = settings.platoon_size * _full_platoons(totals, settings.platoon_size)
-        rows = Slices(np.arange(whole.size), rows.start, rows.end, rows.vehicles)
+        rows = replace(rows, group=np.arange(whole.size))
     group, before, vehicles = _cut(whole, settings.platoon_size)
     kind = kind_of_group[group]
     pair = kinds.pair[kind]
@@ -120,22 +133,37 @@ def make_platoons(
         share = (before + vehicles * chance) / whole[group]
     else:
         share = (before + vehicles) / totals[group]
-    depart = rows.moments(group, share)
-    order = np.lexsort((number, pair, depart))
-    pair = pair[order]
-    return Platoons(
+    depart, row = rows.moments(group, share)
+    platoons = Platoons(
         node_ids=ends.node_ids,
         class_names=ends.class_names,
         routes=ends.routes,
         origin=kinds.origin[pair],
         destination=kinds.destination[pair],
         driver_class=kinds.driver_class[pair],
-        route=kinds.route[kind[order]],
-        number=number[order],
-        depart=depart[order],
-        vehicles=vehicles[order],
-        key=key[order],
+        route=kinds.route[kind],
+        number=number,
+        depart=depart,
+        vehicles=vehicles,
+        key=key,
     )
+    stays, later = changed_platoons(demand.changes, row, key, settings)
+    platoons = replace(platoons, depart=depart + later)
+    order = np.lexsort((number, pair, platoons.depart))
+    return platoons.only(order[stays[order]])
+
+
+def _rounded(totals: Floats, kinds: _Kinds, keys: Keys) -> Ints:
+    """Round the vehicles of every group, those of each batch as if there were no others."""
+    whole = np.zeros(totals.size, np.int64)
+    for batch in np.unique(kinds.batch).tolist():
+        own = np.flatnonzero(kinds.batch == batch)
+        pair = kinds.pair[own]
+        of_batch = keys[own] if batch == 0 else combine(keys[own], np.uint64(batch))
+        whole[own] = round_keeping_totals(
+            totals[own], kinds.origin[pair], kinds.destination[pair], of_batch
+        )
+    return whole
 
 
 @dataclass(frozen=True)
@@ -149,12 +177,20 @@ class _Ends:
     destination: Ints
     driver_class: Ints
     route: Ints
+    batch: Ints
 
     @classmethod
     def of(cls, table: pd.DataFrame) -> _Ends:
-        names = [table[name].to_numpy(object) for name in ("origin", "destination")]
-        codes, node_ids = pd.factorize(np.concatenate(names))
-        origin, destination = np.split(codes.astype(np.int64), 2)
+        batch = np.zeros(len(table), np.int64)
+        if "batch" in table:
+            batch = table["batch"].to_numpy(np.int64)
+        # nodes of later batches come last: they must not change the order of those before
+        order = np.argsort(np.tile(batch, 2), kind="stable")
+        names = np.concatenate([table[name].to_numpy(object) for name in ("origin", "destination")])
+        codes, node_ids = pd.factorize(names[order])
+        place = np.empty(order.size, np.int64)
+        place[order] = codes
+        origin, destination = np.split(place, 2)
         classes = class_of_rows(table)
         class_code, class_names = pd.factorize(classes)
         route_code, routes = pd.factorize(_routes_of_rows(table))
@@ -166,6 +202,7 @@ class _Ends:
             destination=destination,
             driver_class=class_code.astype(np.int64),
             route=route_code.astype(np.int64),
+            batch=batch,
         )
 
 
@@ -191,8 +228,8 @@ class _Kinds:
 
     origin, destination, driver_class
         (pairs,)
-    pair, route
-        (groups,); -1: no route is given
+    pair, route, batch
+        (groups,); route -1: none is given
     group_of_row
         (rows,)
     """
@@ -202,6 +239,7 @@ class _Kinds:
     driver_class: Ints
     pair: Ints
     route: Ints
+    batch: Ints
     group_of_row: Ints
 
     @classmethod
@@ -209,14 +247,18 @@ class _Kinds:
         nodes, classes = ends.node_ids.size, len(ends.class_names)
         pair_code = (ends.origin * nodes + ends.destination) * classes + ends.driver_class
         pairs, pair_of_row = np.unique(pair_code, return_inverse=True)
-        routes = len(ends.routes) + 1
-        groups, group_of_row = np.unique(pair_of_row * routes + ends.route + 1, return_inverse=True)
+        routes, batches = len(ends.routes) + 1, int(ends.batch.max(initial=0)) + 1
+        batch_of_row = pair_of_row * batches + ends.batch
+        groups, group_of_row = np.unique(
+            batch_of_row * routes + ends.route + 1, return_inverse=True
+        )
         return cls(
             origin=pairs // max(nodes * classes, 1),
             destination=pairs // max(classes, 1) % max(nodes, 1),
             driver_class=pairs % max(classes, 1),
-            pair=groups // routes,
+            pair=groups // routes // batches,
             route=groups % routes - 1,
+            batch=groups // routes % batches,
             group_of_row=group_of_row,
         )
 
@@ -246,12 +288,16 @@ def _numbers_taken(
 
 @dataclass(frozen=True)
 class Slices:
-    """Rows of a demand by group (a pair, or a row of its own) and time; shape (rows,)."""
+    """Rows of a demand by group (a pair, or a row of its own) and time; shape (rows,).
+
+    ``row`` is where each stands in the table.
+    """
 
     group: Ints
     start: Floats
     end: Floats
     vehicles: Floats
+    row: Ints
 
     @classmethod
     def of(cls, table: pd.DataFrame, group: Ints) -> Slices:
@@ -260,10 +306,10 @@ class Slices:
             table[name].to_numpy(np.float64) for name in ("start_s", "end_s", "vehicles")
         )
         order = np.lexsort((end, start, group))
-        return cls(group[order], start[order], end[order], vehicles[order])
+        return cls(group[order], start[order], end[order], vehicles[order], order)
 
-    def moments(self, group: Ints, share: Floats) -> Floats:
-        """Give the time at which a share of the vehicles of a group has departed, s.
+    def moments(self, group: Ints, share: Floats) -> tuple[Floats, Ints]:
+        """Give the time at which a share of the vehicles of a group has departed, s; and the row.
 
         Slices of a group that overlap are taken one after the other by their start.
         """
@@ -276,7 +322,7 @@ class Slices:
             row += done
         part = np.clip(wanted / self.vehicles[row], 0.0, 1.0)
         moments: Floats = self.start[row] + part * (self.end - self.start)[row]
-        return moments
+        return moments, self.row[row]
 
 
 def weighted_counts(groups: Ints, weights: Floats, size: int = 0) -> Floats:

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.od_table import (
     CLASS,
     TIMES,
@@ -225,6 +226,10 @@ def _keys_of_rows(table: pd.DataFrame, ends: Ends) -> Keys:
 
 def _changed(od: Od, table: pd.DataFrame, what: str, chosen: Booleans) -> tuple[Od, pd.DataFrame]:
     """The demand with a new table in its order, a note of the change, and the report."""
+    if isinstance(od, Demand) and ("batch" in od.table or len(od.changes)):
+        faults = Faults("demand")
+        faults.add("change its tables before edits of scenarios, which name their rows, not after")
+        faults.raise_if_any()
     report = totals_report(od.table, table)
     notes = Notes()
     before, after = (float(vehicles_of(part).sum()) for part in (od.table, table))

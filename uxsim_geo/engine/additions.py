@@ -38,7 +38,7 @@ def platoons_to_add(demand: Demand, settings: Settings, platoons: Platoons, now:
             what, line=int(row) + 1, column="start_s", value=demand.table["start_s"].iloc[row]
         )
     faults.raise_if_any()
-    return make_platoons(demand, settings, platoons.counts())
+    return make_platoons(demand, settings, platoons.next_numbers())
 
 
 def add_platoons(

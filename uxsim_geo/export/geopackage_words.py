@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from uxsim_geo.export.columns import LAYERS, Column, titled
+from uxsim_geo.export.columns import Column, Layer, titled
 from uxsim_geo.export.qml import plain
 from uxsim_geo.export.run_description import RunDescription
 
@@ -76,7 +77,7 @@ METADATA_REFERENCE = """
 """
 
 
-def add_descriptions(database: sqlite3.Connection) -> None:
+def add_descriptions(database: sqlite3.Connection, words: Mapping[str, Layer]) -> None:
     """A title and a description for every column of every layer (extension gpkg_schema)."""
     database.execute(DATA_COLUMNS)
     database.execute(DATA_COLUMN_CONSTRAINTS)
@@ -90,8 +91,8 @@ def add_descriptions(database: sqlite3.Connection) -> None:
         [
             (name, column.name, column.name, titled(column), described(column))
             for name in listed
-            if name in LAYERS
-            for column in LAYERS[name].columns
+            if name in words
+            for column in words[name].columns
         ],
     )
 

@@ -2,22 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 import pandas as pd
 
-from uxsim_geo.export.columns import LAYERS
-from uxsim_geo.export.findings import Findings, extent_of_traffic
+from uxsim_geo.export.columns import Layer
+from uxsim_geo.export.findings import Findings
 from uxsim_geo.export.qml import plain
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.styles import NamedStyle
 from uxsim_geo.network.projection import metres_around
 
-#: from the top of the map down
-ON_MAP = ("import_notes", "nodes", "trajectories", "od_lines", "link_states", "links")
+
+@dataclass(frozen=True)
+class Ground:
+    """Where a map lies: extent (least x and y, greatest x and y), its CRS, and that of its layers.
+
+    ``crs`` None: undefined. Layers may be in degrees; the map is in metres.
+    """
+
+    extent: tuple[float, float, float, float]
+    crs: Any
+    layer_crs: Any
+
+    @classmethod
+    def of(
+        cls, links: Any, extent_of: Callable[[Any], tuple[float, float, float, float]]
+    ) -> Ground:
+        """Of a layer of lines; ``extent_of`` tells the extent from it when it is in metres."""
+        own = crs = getattr(links, "crs", None)
+        if crs is not None and crs.is_geographic:
+            # degrees would stretch the map, the more the further from the equator
+            crs = metres_around(links["geometry"])
+            links = links.to_crs(crs)
+        return cls(extent_of(links), crs, own)
 
 
 @dataclass(frozen=True)
@@ -26,47 +47,43 @@ class Project:
 
     file
         name of the GeoPackage, in which all layers lie
+    words
+        of every layer
     styles
         of every layer, the one that it opens with first
-    extent
-        of the map when it opens: least x and y, greatest x and y
-    crs
-        of the map; None: undefined
-    layer_crs
-        of the layers, which may be degrees; the map is in metres
     on_map
-        names of the layers that have geometry, from the top of the map down
+        names of the layers that have geometry, from the top of the map down, and their kinds
+    shown
+        layers that are seen when the project is opened
+    themes
+        layers with the style in which a theme shows them, by the name of the theme
+    groups
+        layers that lie in groups of the legend, by the name of the group
+    add_sheet
+        adds a layout to print; None: there is none
     """
 
     file: str
+    words: Mapping[str, Layer]
     styles: Mapping[str, Sequence[NamedStyle]]
     description: RunDescription
     findings: Findings
-    extent: tuple[float, float, float, float]
-    crs: Any
-    layer_crs: Any
-    on_map: tuple[str, ...]
+    ground: Ground
+    on_map: Mapping[str, str]
+    shown: Sequence[str]
+    themes: Mapping[str, Mapping[str, str]]
+    groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    add_sheet: Callable[[Element, Project], None] | None = None
 
-    @classmethod
-    def of(
-        cls,
-        file: str,
-        layers: Mapping[str, pd.DataFrame],
-        styles: Mapping[str, Sequence[NamedStyle]],
-        description: RunDescription,
-    ) -> Project:
-        """The project for a file of these layers, which have geometry."""
-        links = layers["links"]
-        own = crs = getattr(links, "crs", None)
-        if crs is not None and crs.is_geographic:
-            # degrees would stretch the map, the more the further from the equator
-            crs = metres_around(links["geometry"])
-            links = links.to_crs(crs)  # type: ignore[operator]
-        extent = extent_of_traffic(links)
-        there = {name for name, layer in layers.items() if "geometry" in layer.columns}
-        there |= {"link_states"} & set(styles)
-        on_map = tuple(name for name in ON_MAP if name in there)
-        return cls(file, styles, description, Findings.of(layers), extent, crs, own, on_map)
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Of the map when it opens: least x and y, greatest x and y."""
+        return self.ground.extent
+
+    @property
+    def crs(self) -> Any:
+        """Of the map; None: undefined."""
+        return self.ground.crs
 
     @property
     def names(self) -> list[str]:
@@ -95,7 +112,7 @@ def add_tree_layer(tree: Element, name: str, project: Project, *, shown: bool) -
         "layer-tree-layer",
         {
             "id": id_of(name),
-            "name": LAYERS[name].title,
+            "name": plain(project.words[name].title),
             "source": project.source(name),
             "providerKey": "ogr",
             "checked": "Qt::Checked" if shown else "Qt::Unchecked",

@@ -9,37 +9,9 @@ import zipfile
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from uxsim_geo.export.columns import LAYERS
 from uxsim_geo.export.findings import Findings
 from uxsim_geo.export.qgis_parts import Project, add_crs, add_tree_layer, as_label, id_of, in_iso
-from uxsim_geo.export.qgis_sheet import add_sheet
 from uxsim_geo.export.qml import QGIS_VERSION, plain
-
-SHOWN = ("link_states",)  # when the project is opened; circles of nodes hide short links
-
-#: name of a theme: layers with the style in which it shows them
-THEMES = {
-    "in time: speed": {"link_states": "speed", "nodes": "control"},
-    "in time: delay": {"link_states": "delay", "nodes": "control"},
-    "in time: queue": {"link_states": "queue", "nodes": "control"},
-    "in time: flow": {"link_states": "flow", "nodes": "control"},
-    "whole run: speed": {"links": "speed", "nodes": "control"},
-    "whole run: delay": {"links": "delay", "nodes": "control"},
-    "whole run: queue": {"links": "queue", "nodes": "control"},
-    "whole run: volume": {"links": "volume", "nodes": "control"},
-    "desire lines": {"od_lines": "delay", "links": "roads"},
-    "trajectories": {"trajectories": "time lost", "links": "roads"},
-    "import notes": {"import_notes": "severity", "links": "roads"},
-}
-
-WKB_TYPES = {
-    "import_notes": "Point",
-    "nodes": "Point",
-    "links": "LineString",
-    "link_states": "LineString",
-    "od_lines": "LineString",
-    "trajectories": "LineStringZM",
-}
 
 
 def add_project(database: sqlite3.Connection, project: Project, stamp: str) -> None:
@@ -78,7 +50,9 @@ def _document(project: Project) -> Element:
         SubElement(order, "layer", {"id": id_of(name)})
     _add_properties(SubElement(root, "properties"), project)
     _add_themes(SubElement(root, "visibility-presets"), project)
-    add_sheet(SubElement(root, "Layouts"), project)
+    layouts = SubElement(root, "Layouts")
+    if project.add_sheet is not None:
+        project.add_sheet(layouts, project)
     _add_view(root, project)
     _add_time(root, project.findings)
     return root
@@ -86,25 +60,33 @@ def _document(project: Project) -> Element:
 
 def _add_tree(root: Element, project: Project) -> None:
     tree = SubElement(root, "layer-tree-group")
+    grouped = {name for group in project.groups.values() for name in group}
+    for title, names in project.groups.items():
+        shown = any(name in project.shown for name in names)
+        state = "Qt::Checked" if shown else "Qt::Unchecked"
+        group = {"name": plain(title), "checked": state, "expanded": "1" if shown else "0"}
+        branch = SubElement(tree, "layer-tree-group", group)
+        for name in names:
+            add_tree_layer(branch, name, project, shown=name in project.shown)
     for name in project.names:
-        shown = name in SHOWN or ("link_states" not in project.styles and name == "links")
-        add_tree_layer(tree, name, project, shown=shown)
+        if name not in grouped:
+            add_tree_layer(tree, name, project, shown=name in project.shown)
 
 
 def _add_layer(layers: Element, name: str, project: Project) -> None:
     """A layer with its styles: the current one beside its source, the others below."""
     current, *others = project.styles[name]
     spatial = name in project.on_map
-    type_ = WKB_TYPES[name] if spatial else "NoGeometry"
+    type_ = project.on_map[name] if spatial else "NoGeometry"
     kinds = {"Point": "Point", "NoGeometry": "No geometry"}
     attributes = {"type": "vector", "geometry": kinds.get(type_, "Line"), "wkbType": type_}
     layer = SubElement(layers, "maplayer", attributes | current.root.attrib)
     SubElement(layer, "id").text = id_of(name)
     SubElement(layer, "datasource").text = project.source(name)
-    SubElement(layer, "layername").text = LAYERS[name].title
-    SubElement(layer, "abstract").text = LAYERS[name].what.replace("`", "")
+    SubElement(layer, "layername").text = plain(project.words[name].title)
+    SubElement(layer, "abstract").text = plain(project.words[name].what).replace("`", "")
     SubElement(layer, "attribution").text = plain(project.description.attribution)
-    add_crs(SubElement(layer, "srs"), project.layer_crs if spatial else None)
+    add_crs(SubElement(layer, "srs"), project.ground.layer_crs if spatial else None)
     SubElement(layer, "provider", {"encoding": "UTF-8"}).text = "ogr"
     manager = SubElement(layer, "map-layer-style-manager", {"current": current.name})
     SubElement(manager, "map-layer-style", {"name": current.name})
@@ -114,10 +96,10 @@ def _add_layer(layers: Element, name: str, project: Project) -> None:
 
 
 def _add_themes(presets: Element, project: Project) -> None:
-    for theme, shown in THEMES.items():
+    for theme, shown in project.themes.items():
         if not set(shown) <= set(project.on_map):
             continue
-        preset = SubElement(presets, "visibility-preset", {"name": theme})
+        preset = SubElement(presets, "visibility-preset", {"name": plain(theme)})
         for layer, style in shown.items():
             SubElement(
                 preset,

@@ -105,14 +105,59 @@ def add_lines(root: Element, lines: Lines) -> None:
 
 
 def _add_line_symbol(symbols: Element, name: str, colour: str, lines: Lines) -> None:
-    symbol = {"type": "line", "name": name, "alpha": f"{lines.alpha:g}"}
+    look = LineLook(colour, lines.width, lines.side, lines.alpha)
+    _add_line(symbols, name, look)
+
+
+class LineLook(NamedTuple):
+    """How a line is drawn: width in mm, opacity 0 to 100 and room are expressions; dashes in mm.
+
+    ``room`` is left between it and the road, mm: for what lies there.
+    """
+
+    colour: str
+    width: str
+    side: Side = "right"
+    alpha: float = 1.0
+    opacity: str = ""
+    dashes: str = ""
+    room: str = "0"
+
+
+class Rule(NamedTuple):
+    """Features that fulfil a condition (an expression), with their words and their look."""
+
+    condition: str
+    label: str
+    look: LineLook
+
+
+def add_rules(root: Element, rules: Sequence[Rule], above: str) -> None:
+    """Lines by rules: a feature is drawn by all that it fulfils, the first of them below.
+
+    Those with the highest ``above`` (an expression) lie on top.
+    """
+    kind = {"type": "RuleRenderer", "symbollevels": "0", "enableorderby": "1", "forceraster": "0"}
+    renderer = SubElement(root, "renderer-v2", kind)
+    top = SubElement(renderer, "rules", {"key": "{rules}"})
+    symbols = SubElement(renderer, "symbols")
+    for number, rule in enumerate(rules):
+        told = {"filter": rule.condition, "label": rule.label, "symbol": str(number)}
+        SubElement(top, "rule", {"key": f"{{rule-{number}}}", **told})
+        _add_line(symbols, str(number), rule.look)
+    order = SubElement(renderer, "orderby")
+    SubElement(order, "orderByClause", {"asc": "1", "nullsFirst": "1"}).text = above
+
+
+def _add_line(symbols: Element, name: str, look: LineLook) -> None:
+    symbol = {"type": "line", "name": name, "alpha": f"{look.alpha:g}"}
     layer = SubElement(
         SubElement(symbols, "symbol", symbol),
         "layer",
         {"class": "SimpleLine", "enabled": "1", "pass": "0"},
     )
     properties = {
-        "line_color": rgba(colour),
+        "line_color": rgba(look.colour),
         "line_style": "solid",
         "line_width": "0.5",
         "line_width_unit": "MM",
@@ -121,12 +166,20 @@ def _add_line_symbol(symbols: Element, name: str, colour: str, lines: Lines) -> 
         "capstyle": "flat",
         "joinstyle": "round",
     }
+    if look.dashes:
+        properties |= {"use_custom_dash": "1", "customdash": look.dashes, "customdash_unit": "MM"}
     _add_properties(layer, properties)
     # a positive offset lies to the right of the line's direction
-    offset = f"0.15 + ({lines.width}) / 2"
+    offset = f"0.15 + ({look.width}) / 2"
+    if look.room != "0":
+        offset = f"{offset} + ({look.room})"
     offsets = {"right": offset, "left": f"-({offset})"}
-    moved = {"offset": offsets[lines.side]} if lines.side in offsets else {}
-    _add_expressions(layer, {"outlineWidth": lines.width, **moved})
+    told = {"outlineWidth": look.width}
+    if look.side in offsets:
+        told["offset"] = offsets[look.side]
+    if look.opacity:
+        told["outlineColor"] = f"set_color_part(@symbol_color, 'alpha', 2.55 * ({look.opacity}))"
+    _add_expressions(layer, told)
 
 
 def add_dots(root: Element, attribute: str, kinds: Sequence[tuple[str, str, str, float]]) -> None:

@@ -17,7 +17,7 @@ import pandas as pd
 
 from uxsim_geo.export import qml
 from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC, SPEED_CLASSES
-from uxsim_geo.export.columns import LAYERS, titled
+from uxsim_geo.export.columns import LAYERS, Layer, titled
 from uxsim_geo.export.od_layer import least_of_largest
 from uxsim_geo.export.qml import ColourClass, Lines
 from uxsim_geo.export.run_description import RunDescription
@@ -105,7 +105,7 @@ def styles_of(
 ) -> dict[str, list[NamedStyle]]:
     """All styles of all layers that are there, by layer; the first is the default."""
     side = description.driving_side
-    found = {name: [_plain_style(name)] for name in layers}
+    found = {name: [plain_style(name, LAYERS[name])] for name in layers}
     found["nodes"] = [_nodes(few=len(layers["nodes"]) <= FEW_NODES)]
     width = width_of(share_of_largest("volume_veh", layers["links"]["volume_veh"]))
     found["links"] = list(_of_links(width, side))
@@ -159,7 +159,7 @@ def _by_speed(width: str, side: qml.Side) -> Lines:
 
 
 def _road_style(layer: str, lines: Lines) -> Element:
-    root = _with_titles(layer)
+    root = with_titles(LAYERS[layer])
     qml.add_lines(root, lines)
     qml.add_labels(root, "name", NAMES_FROM)
     qml.add_tip(root, TIPS[layer])
@@ -184,13 +184,13 @@ def _desire_lines(layer: pd.DataFrame, side: qml.Side) -> Iterator[NamedStyle]:
 
 
 def _pairs_style(lines: Lines) -> Element:
-    root = _with_titles("od_lines")
+    root = with_titles(LAYERS["od_lines"])
     qml.add_lines(root, lines)
     return root
 
 
 def _trajectories() -> NamedStyle:
-    root = _with_titles("trajectories")
+    root = with_titles(LAYERS["trajectories"])
     lost = 'coalesce(100 * "delay_s" / nullif("travel_time_s", 0), -1)'
     qml.add_lines(root, Lines(lost, LOST, "0.35", lost, "none", 0.6))
     qml.show_from_begin_to_end(root)
@@ -199,7 +199,7 @@ def _trajectories() -> NamedStyle:
 
 def _nodes(*, few: bool) -> NamedStyle:
     """Small dots, signals stand out; at large scales only, unless they are few and have names."""
-    root = _with_titles("nodes")
+    root = with_titles(LAYERS["nodes"])
     kinds = [("signal", "signal", "#f2b84b", 2.0), ("", "node", "#ffffff", 1.2)]
     qml.add_dots(root, "control", kinds)
     if few:
@@ -211,24 +211,25 @@ def _nodes(*, few: bool) -> NamedStyle:
 
 def _notes() -> NamedStyle:
     """Dots by severity: doubts large, warnings smaller, everything else small."""
-    root = _with_titles("import_notes")
+    root = with_titles(LAYERS["import_notes"])
     qml.add_dots(root, "severity", NOTES)
-    qml.add_tip(root, f"[% {_as_text('note')} %]")
+    qml.add_tip(root, f"[% {as_text('note')} %]")
     return NamedStyle("severity", "doubts, warnings and everything else", root)
 
 
-def _plain_style(layer: str) -> NamedStyle:
+def plain_style(name: str, layer: Layer) -> NamedStyle:
     """Nothing to draw: names of columns with their units."""
-    return NamedStyle(layer, LAYERS[layer].title, _with_titles(layer))
+    return NamedStyle(name, layer.title, with_titles(layer))
 
 
-def _with_titles(layer: str) -> Element:
+def with_titles(layer: Layer) -> Element:
+    """A style in which columns are called by their titles."""
     root = qml.document()
-    qml.add_aliases(root, {column.name: titled(column) for column in LAYERS[layer].columns})
+    qml.add_aliases(root, {column.name: titled(column) for column in layer.columns})
     return root
 
 
-def _as_text(column: str) -> str:
+def as_text(column: str) -> str:
     """An expression of a column's text that HTML shows as it is."""
     marks = "'&', '&amp;', '<', '&lt;', '>', '&gt;', '\"', '&quot;'"
     first, *others = (pair for pair in zip(*[iter(marks.split(", "))] * 2, strict=True))
@@ -238,9 +239,9 @@ def _as_text(column: str) -> str:
     return text
 
 
-def _tip(rows: Mapping[str, str]) -> str:
+def tip_of(rows: Mapping[str, str]) -> str:
     """HTML of a tip: the road's name, then what is known of it, a row each."""
-    head = f"coalesce({_as_text('name')}, {_as_text('link_id')})"
+    head = f"coalesce({as_text('name')}, {as_text('link_id')})"
     table = "".join(
         f"<tr><td>{what}</td><td align='right'>[% {value} %]</td></tr>"
         for what, value in rows.items()
@@ -251,7 +252,7 @@ def _tip(rows: Mapping[str, str]) -> str:
 _SPEEDS = "coalesce(round(\"speed_kmh\"), '–') || ' of ' || round(\"free_speed_kmh\") || ' km/h'"
 
 TIPS = {
-    "links": _tip(
+    "links": tip_of(
         {
             "volume": "round(\"volume_veh\") || ' veh'",
             "speed": _SPEEDS,
@@ -259,7 +260,7 @@ TIPS = {
             "longest queue": "round(\"queue_m\") || ' m'",
         }
     ),
-    "link_states": _tip(
+    "link_states": tip_of(
         {
             "flow": "round(\"flow_vph\") || ' veh/h'",
             "speed": _SPEEDS,

@@ -1,4 +1,4 @@
-"""Which links a target means: by their ids, by their attributes, by an area."""
+"""Which links a target means: by their ids, by their attributes, by an area, by their street."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ from uxsim_geo.network.network import Network
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
 SUGGESTED = 5
 
+#: stands between the names of links that were joined into one
+JOINED_BY = "; "
+
 _PARTS = ("touching", "inside", "entering", "leaving")
 _WKT = re.compile(r"\s*((MULTI)?(POINT|LINESTRING|POLYGON)|GEOMETRYCOLLECTION)\b", re.IGNORECASE)
 
@@ -31,12 +34,13 @@ def select_links(
 
     ``link_ids`` are those of the network as an index, for who makes many selections in it.
 
-    All that the target gives must hold: ``links`` and ``where`` and ``polygon``. A link leads into
-    a polygon if its geometry starts outside and ends inside; on the border is inside.
+    All that the target gives must hold: ``links`` and ``where`` and ``polygon`` and ``street``. A
+    link leads into a polygon if its geometry starts outside and ends inside; on the border is
+    inside.
 
-    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids
-    and columns, an expression that cannot be read, or that holds nowhere since no link has a text
-    of it (as a street's name), an area that is none or whose reference system is not known.
+    Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the target: unknown ids,
+    columns and streets, an expression that cannot be read, or that holds nowhere since no link has
+    a text of it, an area that is none or whose reference system is not known.
     """
     faults = Faults()
     meant = np.ones(len(network.links), bool)
@@ -45,16 +49,16 @@ def select_links(
             link_ids = pd.Index(network.links["link_id"].astype(str))
         meant &= _with_ids(link_ids, target.links, faults)
     if target.where is not None:
-        holds = rows_where(network.links, target.where, faults)
-        if not holds.any() and not faults.found:
-            add_unknown_texts(network.links, target.where, faults)
-        meant &= holds
+        meant &= _fitting(network.links, target.where, faults)
     if target.polygon is not None:
         meant &= _in_area(network, target, faults)
     elif target.part != "touching":
         faults.add("is part of a polygon, and there is none", column="part", value=target.part)
-    if not target.links and target.where is None and target.polygon is None:
-        faults.add("names no links: give links, where or polygon")
+    if target.street is not None:
+        meant &= _of_street(network.links, target.street, faults)
+    given = (target.links or None, target.where, target.polygon, target.street)
+    if all(one is None for one in given):
+        faults.add("names no links: give links, where, polygon or street")
     faults.raise_if_any()
     return np.flatnonzero(meant).astype(np.int64)
 
@@ -68,6 +72,35 @@ def _with_ids(link_ids: pd.Index[str], links: tuple[str, ...], faults: Faults) -
         faults.add(what, column="links", value=wanted[place])
     named = np.zeros(len(link_ids), bool)
     named[places[places >= 0]] = True
+    return named
+
+
+def _fitting(links: pd.DataFrame, expression: str, faults: Faults) -> Flags:
+    """Return for which links an expression holds."""
+    own = Faults()
+    holds = rows_where(links, expression, own)
+    if not holds.any() and not own.found:
+        add_unknown_texts(links, expression, own)
+    for fault in own.found:
+        faults.add(fault.what, column="where", value=fault.value)
+    return holds
+
+
+def _of_street(links: pd.DataFrame, street: str, faults: Faults) -> Flags:
+    """Return which links have the name of a street, alone or among those of joined links.
+
+    Names near to one that none has are told.
+    """
+    if "name" not in links or links["name"].isna().all():
+        faults.add("the links of the network have no names", column="street", value=street)
+        return np.zeros(len(links), bool)
+    names = links["name"].astype("str").reset_index(drop=True)
+    names = names.str.split(JOINED_BY).explode().dropna()
+    named = np.zeros(len(links), bool)
+    named[names.index[names == street]] = True
+    if not named.any():
+        what = f"no link has this name{did_you_mean(street, names.unique().tolist())}"
+        faults.add(what, column="street", value=street)
     return named
 
 

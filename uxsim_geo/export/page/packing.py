@@ -45,6 +45,17 @@ def _differences(codes: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return differences
 
 
+def packed_numbers(values: npt.NDArray[Any]) -> str:
+    """Numbers of any size, exact to one in 60,000, NaN too: the upper 24 bits of a float32.
+
+    The three bytes of all of them stand apart, all lowest ones first.
+    """
+    bits = np.ascontiguousarray(values, "<f4").ravel().view("<u4")
+    rounded = np.where(np.isnan(values).ravel(), np.uint32(0x7FC00000), bits + np.uint32(0x80))
+    planes = np.ascontiguousarray(rounded >> np.uint32(8), "<u4").view(np.uint8).reshape(-1, 4)
+    return packed(np.ascontiguousarray(planes[:, :3].T).tobytes())
+
+
 def packed_lines(lines: npt.NDArray[Any]) -> tuple[str, str]:
     """Lines in degrees: how many points each has (uint32), and differences of their places.
 

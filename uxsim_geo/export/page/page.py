@@ -8,9 +8,7 @@ draws the map, and its own scripts are the files beside this module.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,11 +20,11 @@ from uxsim_geo.export.lost_time import LostTime, junctions
 from uxsim_geo.export.page.document import Tables, document, link_columns
 from uxsim_geo.export.page.headlines import changes_in_words, headlines
 from uxsim_geo.export.page.levels import first_of_merged, levels
-from uxsim_geo.export.page.libraries import maplibre
 from uxsim_geo.export.page.over_time import OverTime, over_time
 from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_rows
 from uxsim_geo.export.page.places import Places
 from uxsim_geo.export.page.rows import fact_rows, note_rows, street_rows
+from uxsim_geo.export.page.template import FOLDER, Template, rendered
 from uxsim_geo.export.page.zones import zones
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.files import replace_when_complete
@@ -65,15 +63,14 @@ def page(run: Run, about: RunDescription) -> str:
     Raises :class:`uxsim_geo.errors.InputError` unless the states are those of all links in all
     bins, and RuntimeError where MapLibre GL JS is not installed.
     """
-    library = maplibre()
     grid = StateGrid.of_all(run.states, run.network)
     places, lost = Places.of(run.network), LostTime.of(run.network.links, grid)
     clock = Clock.of(about.start, [*grid.begin, grid.end[-1]])
     whole = over_time(grid, run.result, np.arange(len(grid.begin)))
     tables = _tables(run, grid, lost, whole, places)
-    return _rendered(
+    return rendered(
+        Template(FOLDER, TEMPLATE, (STYLE,), SCRIPTS),
         about=about,
-        library=library,
         headlines=headlines(summary(run.result, run.network), whole, lost, clock),
         changes=changes_in_words(about.changes, clock),
         worst=street_rows(tables.streets, lost, grid, clock),
@@ -126,25 +123,3 @@ def _parts(
         "speed": packed_rows(tables.levels.speed),
         "queue": packed_rows(tables.levels.queue),
     }
-
-
-def _rendered(**values: Any) -> str:
-    """The template with everything in it; what is not marked as safe is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    library = values.pop("library")
-    folder = files("uxsim_geo.export.page")
-    own = {name: (folder / name).read_text(encoding="utf-8") for name in (STYLE, *SCRIPTS)}
-    environment = Environment(
-        loader=PackageLoader("uxsim_geo.export.page", ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template(TEMPLATE).render(
-        styles=[library.style, own[STYLE]],
-        scripts=[library.script, *(own[name] for name in SCRIPTS)],
-        **values,
-    )

@@ -6,6 +6,7 @@ dark to light on a dark ground: what is most stands out on both.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -66,7 +67,7 @@ def quantities(values: dict[str, Floats]) -> list[Quantity]:
 
 
 def _rising(key: str, label: str, unit: str, values: Floats) -> Quantity:
-    breaks = _round_breaks(values)
+    breaks = round_breaks(values[values >= LEAST])
     labels = (
         f"under {breaks[0]:,g}",
         *(f"{low:,g}–{high:,g}" for low, high in pairwise(breaks)),
@@ -75,10 +76,9 @@ def _rising(key: str, label: str, unit: str, values: Floats) -> Quantity:
     return Quantity(key, label, unit, breaks, labels, RISING, RISING_ON_DARK)
 
 
-def _round_breaks(values: Floats) -> tuple[float, ...]:
-    """Four breaks with one or two digits, ascending, near the :data:`SHARES` of values."""
-    some = values[values >= LEAST]
-    wanted = np.quantile(some, SHARES) if len(some) else np.array([1.0, 2.0, 3.0, 4.0])
+def round_breaks(values: Floats, shares: Sequence[float] = SHARES) -> tuple[float, ...]:
+    """Breaks with one or two digits, ascending, near those shares of values, all positive."""
+    wanted = np.quantile(values, shares) if len(values) else np.arange(1.0, len(shares) + 1)
     breaks: list[float] = []
     for value in wanted:
         step = _round(float(value))

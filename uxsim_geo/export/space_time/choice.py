@@ -69,10 +69,10 @@ class Choice:
         links = order[lost[order] > 0][: look.most_links or MOST_WALLS]
         box = plane.extent
         if len(network.links) > FEW_LINKS and links.size:
-            box, inside = _box(plane, links, lost[links])
+            box, inside = part_of_map(plane, links, lost[links])
             links = links[inside]
             if look.most_links is None:
-                links = links[: _number_with_room(plane, box, links, slow[links])]
+                links = links[: number_with_room(plane, box, links, slow[links])]
         return cls(grid, slow, links, percent, density * PER_KM, jam.ravel() * PER_KM, box)
 
     @property
@@ -97,7 +97,7 @@ class Choice:
         return slow
 
 
-def _number_with_room(
+def number_with_room(
     plane: MapPlane,
     box: tuple[float, float, float, float],
     links: Integers,
@@ -112,7 +112,7 @@ def _number_with_room(
     return max(int(np.searchsorted(np.cumsum(area), CROWDED, side="right")), LEAST_WALLS)
 
 
-def _box(
+def part_of_map(
     plane: MapPlane, links: Integers, lost: Floats
 ) -> tuple[tuple[float, float, float, float], npt.NDArray[np.bool_]]:
     """The part of the map that holds nearly all lost time, and which links lie in it."""

@@ -40,17 +40,17 @@ def place_parts(network: Network, states: States, frame: Frame, look: Look) -> d
     heading = ["Most time lost, and each when it was worst"] if lines else []
     return {
         "notes": np.array(heading + lines, dtype=str),
-        "marks.points": _tops([place for _, place in shown], frame),
+        "marks.points": tops([place for _, place in shown], frame),
         "marks.texts": np.array([str(number) for number, _ in shown], dtype=str),
     }
 
 
 def _line(street: Street, lost: LostTime, clock: Clock) -> str:
     span = clock.span(lost.begin[street.bin], lost.end[street.bin])
-    return f"{_cut(street.name)}: {lost.unit.text(street.lost)}, {span}"
+    return f"{cut(street.name)}: {lost.unit.text(street.lost)}, {span}"
 
 
-def _cut(name: str) -> str:
+def cut(name: str) -> str:
     """A name that leaves room for the colour bar beside it."""
     return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
 
@@ -67,7 +67,7 @@ def _on_map(street: Street, lost: LostTime, frame: Frame) -> Floats | None:
     return frame.on_ground(middles[np.argmax(inside)]) if inside.any() else None
 
 
-def _tops(middles: list[Floats], frame: Frame) -> Floats:
+def tops(middles: list[Floats], frame: Frame) -> Floats:
     """Ends of poles at these places on the ground, above all walls."""
     xy = np.reshape(middles, (-1, 2))
     points = np.column_stack([xy, np.zeros(len(xy))])

@@ -86,15 +86,15 @@ def space_time_scene(
         "scale_title": scale.title,
         "scale_labels": np.array(scale.labels()),
         "scale_rgb": scale.rgb(),
-        **_boxes("ribbons", frame, pieces, ribbons, scale),
-        **_boxes("queues", frame, pieces, queues, scale),
+        **boxes("ribbons", frame, pieces, ribbons, scale.rgb()),
+        **boxes("queues", frame, pieces, queues, scale.rgb()),
         **_told(network, choice),
         **_walls_told(choice, frame, pieces, (ribbons, queues)),
-        "feet": _feet(frame, pieces, ribbons),
+        "feet": feet(frame, pieces, ribbons),
         **road_meshes(network, frame),
         **_slow_roads(choice, frame, scale, look),
-        **_trajectories(frame, ways or []),
-        **axes(frame, time_marks(frame, clock), _title_of(clock)),
+        **trajectories_mesh(frame, ways or []),
+        **axes(frame, time_marks(frame, clock), title_of(clock)),
         "ground": frame.ground,
         "corners": frame.corners(),
         "height": frame.height,
@@ -124,10 +124,11 @@ def walls_of(network: Network, choice: Choice, scale: Scale, look: Look) -> tupl
     return ribbons, Walls(link, begin[bin_], end[bin_], tail, classes[link, bin_], half)
 
 
-def _boxes(name: str, frame: Frame, pieces: Pieces, walls: Walls, scale: Scale) -> dict[str, Any]:
+def boxes(name: str, frame: Frame, pieces: Pieces, walls: Walls, colours: Floats) -> dict[str, Any]:
+    """The mesh of walls; ``colours`` of their classes, 0 to 255, shape (classes, 3)."""
     corners, wall = pieces.boxes(frame, walls)
     points, faces = quads(corners)
-    rgb = np.repeat(scale.rgb()[walls.colour[wall]], 6, axis=0)
+    rgb = np.repeat(colours[walls.colour[wall]], 6, axis=0)
     return {f"{name}.points": points, f"{name}.faces": faces, f"{name}.rgb": rgb}
 
 
@@ -172,7 +173,7 @@ def _walls_told(
     }
 
 
-def _feet(frame: Frame, pieces: Pieces, ribbons: Walls) -> Floats:
+def feet(frame: Frame, pieces: Pieces, ribbons: Walls) -> Floats:
     """Upright lines under the middles of links whose lowest wall floats, shape (links, 2, 3)."""
     links, first = np.unique(ribbons.link, return_index=True)  # of a link in order of time
     top = frame.upwards(ribbons.begin[first])
@@ -201,7 +202,7 @@ def _slow_roads(choice: Choice, frame: Frame, scale: Scale, look: Look) -> dict[
     return lines_mesh("slow", points, np.arange(len(ends)).reshape(-1, 2), rgb)
 
 
-def _trajectories(frame: Frame, ways: list[Floats]) -> dict[str, Any]:
+def trajectories_mesh(frame: Frame, ways: list[Floats]) -> dict[str, Any]:
     """Ways of vehicles as lines."""
     points = np.concatenate([np.empty((0, 3)), *ways])
     counts = np.array([len(way) for way in ways], np.int64)
@@ -236,7 +237,7 @@ def _subtitle(network: Network, choice: Choice, look: Look, clock: Clock) -> str
     )
 
 
-def _title_of(clock: Clock) -> str:
+def title_of(clock: Clock) -> str:
     """Of the axis: the zone of the time of day, or what is counted."""
     return f"time, {clock.zone}" if clock.zone else "time, h:min"
 

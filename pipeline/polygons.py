@@ -1,0 +1,58 @@
+"""Areas of a network by the polygons of a file that the user names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from uxsim_geo.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+    from uxsim_geo.network.network import Network
+
+
+class PolygonFile(NamedTuple):
+    """A file of polygons: what the user calls it (``--areas``), its path, the column of names."""
+
+    key: str
+    path: Path
+    column: str = "name"
+
+
+def areas_in(
+    network: Network, file: PolygonFile, find: Callable[..., dict[str, list[str]]], kind: str
+) -> tuple[dict[str, list[str]], list[str]]:
+    """What lies in each polygon: the areas that hold something, and the names of the others.
+
+    ``find`` is a function of :mod:`uxsim_geo.analysis.areas`, and ``kind`` says of what: link or
+    node. Raises :class:`uxsim_geo.errors.InputError` for a file that cannot be read or laid over
+    the network, and where no area holds anything.
+    """
+    polygons = _polygons(file)
+    try:
+        areas = find(network, polygons, file.column)
+    except InputError as error:
+        source = f"{file.key} {file.path}"
+        raise InputError([replace(fault, source=source) for fault in error.faults]) from None
+    filled = {name: members for name, members in areas.items() if members}
+    if not filled:
+        what = f"{file.key}: no {kind} of the network lies in any of them; is their CRS right?"
+        raise InputError([Fault(what, value=file.path)])
+    return filled, [name for name in areas if name not in filled]
+
+
+def _polygons(file: PolygonFile) -> gpd.GeoDataFrame:
+    import geopandas as gpd
+
+    if not file.path.is_file():
+        raise InputError([Fault(f"{file.key}: there is no such file", value=file.path)])
+    try:
+        polygons: gpd.GeoDataFrame = gpd.read_file(file.path)
+    except (OSError, RuntimeError, ValueError) as error:
+        what = f"{file.key}: is no file of polygons that can be read ({error})"
+        raise InputError([Fault(what, value=file.path)]) from None
+    return polygons

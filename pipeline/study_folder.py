@@ -1,0 +1,147 @@
+"""The folder of a study: its runs, their figures, and the manifest that tells how they came."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.runs import MANIFEST, FileRecord, RunFolder, record_file
+from pipeline.store import Store
+from pipeline.study_jobs import NAMES, Report
+from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.files import replace_when_complete
+
+#: the study file as it was given
+STUDY = "study.yaml"
+FIGURES = "figures.csv"
+LOG = "study.log"
+LOCK = ".lock"
+
+#: beside the studies
+STORE = "store"
+
+#: grows whenever entries of the manifest change their meaning
+MANIFEST_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class StudyManifest:
+    """What a study consists of.
+
+    study
+        name, command, seeds, versions, times, and whether all was done
+    runs
+        of each scenario and seed: its folder, status and problems
+    outputs
+        files of the study itself, by name
+    """
+
+    study: dict[str, Any] = field(default_factory=dict)
+    runs: list[dict[str, Any]] = field(default_factory=list)
+    outputs: dict[str, FileRecord] = field(default_factory=dict)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether every run was tried."""
+        return bool(self.study.get("finished"))
+
+
+@dataclass(frozen=True)
+class StudyFolder:
+    """``<results>/<study>/``, whether or not it exists yet."""
+
+    path: Path
+
+    @property
+    def store(self) -> Store:
+        """Of all studies beside this one."""
+        return Store(self.path.parent / STORE)
+
+    def run(self, scenario: str, seed: int) -> RunFolder:
+        """Where a run lies."""
+        return RunFolder(self.path / self.run_name(scenario, seed))
+
+    @staticmethod
+    def run_name(scenario: str, seed: int) -> str:
+        """Name a run's folder in that of the study."""
+        return f"runs/{scenario}/seed_{seed}"
+
+    def log(self, text: str) -> None:
+        """Add lines to the study's log, with the time."""
+        RunFolder(self.path).log(text, LOG)
+
+    def read_manifest(self) -> StudyManifest:
+        """Return the manifest; an empty one where there is none that can be believed."""
+        try:
+            data = json.loads((self.path / MANIFEST).read_text(encoding="utf-8"))
+            if data["format"] != MANIFEST_FORMAT:
+                return StudyManifest()
+            outputs = {name: FileRecord(**record) for name, record in data["outputs"].items()}
+            return StudyManifest(data["study"], data["runs"], outputs)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            return StudyManifest()
+
+    def write_manifest(self, manifest: StudyManifest) -> None:
+        """Replace the manifest in one move."""
+        data = {"format": MANIFEST_FORMAT, **asdict(manifest)}
+        with replace_when_complete(self.path / MANIFEST) as path:
+            path.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+    def write_figures(self, reports: Sequence[Report]) -> None:
+        """Write a row for each run: scenario, seed, status, and its figures where it has some."""
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")
+        rows.writerow(("scenario", "seed", "status", *NAMES))
+        for report in reports:
+            figures = (_cell(report.figures.get(name)) for name in NAMES)
+            rows.writerow((report.scenario, report.seed, report.status, *figures))
+        with replace_when_complete(self.path / FIGURES) as path:
+            path.write_text(text.getvalue(), encoding="utf-8")
+
+    def record(self, *names: str) -> dict[str, FileRecord]:
+        """Record files of the study itself by their names."""
+        return {name: record_file(self.path / name, name) for name in names}
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keep other processes from working on this study; the system ends it with the process.
+
+        Raises :class:`uxsim_geo.errors.InputError` if one does. Where the system has no such locks
+        nobody is kept away: files are still whole, only work may be done twice.
+        """
+        try:
+            import fcntl
+        except ImportError:  # not a Unix
+            yield
+            return
+        with (self.path / LOCK).open("w", encoding="utf-8") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                what = "another process works on this study; wait for it, or choose another --out"
+                raise InputError([Fault(what, str(self.path))]) from None
+            except OSError:  # a file system without locks
+                pass
+            yield
+
+
+def run_entry(report: Report) -> dict[str, Any]:
+    """What the manifest says of a run."""
+    return {
+        "scenario": report.scenario,
+        "seed": report.seed,
+        "folder": StudyFolder.run_name(report.scenario, report.seed),
+        "status": report.status,
+        "problems": list(report.problems),
+    }
+
+
+def _cell(value: float | None) -> str:
+    """Write a number so that it reads back as the same; nothing where there is none."""
+    return "" if value is None else repr(value)

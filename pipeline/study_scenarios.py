@@ -1,0 +1,148 @@
+"""Scenarios of a study with their tables, ready for runs in the results folder alone."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline import ingest
+from pipeline.config import Config
+from pipeline.config_file import config_of, named_values
+from pipeline.dry_run import dry_run_text
+from pipeline.ingest_config import IngestSection
+from pipeline.progress import Prefixed, Watch
+from pipeline.runs import RunFolder, StageRecord
+from pipeline.scenarios import BASE, Scenario, Tables, read_scenarios, resolve
+from pipeline.stages import Run
+from pipeline.study_config import StudyFile
+from pipeline.study_folder import StudyFolder
+from uxsim_geo.files import replace_when_complete, sha256_of
+
+if TYPE_CHECKING:
+    from uxsim_geo.demand.demand import Demand
+    from uxsim_geo.network.network import Network
+    from uxsim_geo.network.telling import Telling
+
+#: in the folder of a study: what runs read beside their tables, as areas
+INPUTS = "inputs"
+
+#: sections whose files the stages after ingestion read
+READ_BY_RUNS = ("simulate", "measure", "report")
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scenario whose tables are there, in the folder of its first run.
+
+    config
+        whose files after ingestion lie in the study's folder
+    edits
+        what it changes, a line each
+    """
+
+    config: Config
+    tables: RunFolder
+    ingested: StageRecord
+    edits: tuple[str, ...]
+
+
+@dataclass
+class Sources:
+    """Reads the files of a section once, however many scenarios edit what is in them."""
+
+    read: list[tuple[IngestSection, tuple[Network, Demand]]] = field(default_factory=list)
+
+    def __call__(
+        self, section: IngestSection, progress: Telling | None = None
+    ) -> tuple[Network, Demand]:
+        """Return network and demand, as :func:`pipeline.ingest.read_sources`."""
+        for known, tables in self.read:
+            if known == section:
+                return tables
+        tables = ingest.read_sources(section, progress)
+        self.read.append((section, tables))
+        return tables
+
+
+@dataclass
+class Preparation:
+    """Makes scenarios ready: checks all edits against the base, then writes tables of each."""
+
+    file: StudyFile
+    folder: StudyFolder
+    command: Sequence[str]
+    watch: Watch
+    first_seed: int
+    sources: Sources = field(default_factory=Sources)
+    copied: dict[Path, Path] = field(default_factory=dict)
+
+    def scenarios(self) -> tuple[dict[str, Scenario], Tables]:
+        """Resolve all scenarios, the base first; return the base's tables as read too.
+
+        Raises :class:`uxsim_geo.errors.InputError` with the faults of all of them.
+        """
+        told = read_scenarios(self.file.reading)
+        base = config_of(self.file.base_copy())
+        if ingest.STAGE.prepare is not None:
+            ingest.STAGE.prepare(base, self.watch)
+        tables = Tables(*self.sources(base.ingest, self.watch.drawn))
+        return resolve(self.file.base, self.file.reading, told, tables), tables
+
+    def prepared(self, scenarios: Mapping[str, Scenario], tables: Tables) -> dict[str, Prepared]:
+        """Write the tables of all scenarios, where they are neither there nor in the store.
+
+        ``tables`` are those of the base as read.
+        """
+        base = scenarios[BASE]
+        return {
+            name: self._prepare(one, _edits_in_words({BASE: base, name: one}, tables))
+            for name, one in scenarios.items()
+        }
+
+    def _prepare(self, scenario: Scenario, edits: tuple[str, ...]) -> Prepared:
+        name = scenario.name
+        folder = self.folder.run(name, self.first_seed)
+        config = self._in_folder(with_seed(scenario.config, self.first_seed))
+        watch = Prefixed(name, self.watch)
+        stage = ingest.stage(self.sources)
+        Run(config, folder, watch, self.command, (stage,), self.folder.store).execute(stage.name)
+        return Prepared(config, folder, folder.read_manifest().stages[stage.name], edits)
+
+    def _in_folder(self, config: Config) -> Config:
+        """Copy what runs read into the study's folder, and name the copies."""
+        values = absolute_values(config)
+        for section in READ_BY_RUNS:
+            values[section] = named_values(
+                getattr(config, section), lambda path: self._copy_of(path).as_posix()
+            )
+        return Config.model_validate(values)
+
+    def _copy_of(self, path: Path) -> Path:
+        if path not in self.copied:
+            digest = sha256_of(path)
+            target = self.folder.path / INPUTS / f"{digest[:16]}_{path.name}"
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if not target.is_file() or sha256_of(target) != digest:
+                with replace_when_complete(target) as temporary:
+                    shutil.copyfile(path, temporary)
+            self.copied[path] = target
+        return self.copied[path]
+
+
+def _edits_in_words(scenarios: Mapping[str, Scenario], tables: Tables) -> tuple[str, ...]:
+    """Return what the scenario beside the base changes, a line each; nothing of the base itself."""
+    lines = dry_run_text(scenarios, tables).splitlines()[1:]
+    return tuple(" ".join(line.split()) for line in lines if line.strip())
+
+
+def with_seed(config: Config, seed: int) -> Config:
+    """Return a configuration with another seed."""
+    return config.model_copy(update={"simulate": config.simulate.model_copy(update={"seed": seed})})
+
+
+def absolute_values(config: Config) -> dict[str, Any]:
+    """Return a configuration as plain values that mean the same in any folder."""
+    return named_values(config, lambda path: path.resolve().as_posix())
