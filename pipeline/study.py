@@ -24,6 +24,7 @@ from pipeline.study_jobs import NAMES, Job, Report
 from pipeline.study_processes import Group, Here, Processes, cores
 from pipeline.study_scenarios import Preparation, Prepared, absolute_values, with_seed
 from pipeline.study_seeds import Seeds, widths
+from pipeline.sweep_results import SweepRuns
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
 
@@ -94,7 +95,8 @@ def run_study(order: Order, watch: Watch) -> list[str]:
                 _write(study, prepared, started, (), finished=False)
                 raise
         compared, problems = _compare(study, prepared)
-        _write(study, prepared, started, compared, finished=True)
+        swept = _sweep(study, prepared)
+        _write(study, prepared, started, [*compared, *swept], finished=True)
         count = f"{len(study.reports):,} runs in {time.perf_counter() - clock:.1f} s"
         _tell(study, f"study: {count}, figures in {study.folder.path / FIGURES}")
     return [*_problems(in_order(study, prepared)), *problems]
@@ -227,10 +229,23 @@ def _compare(study: Study, prepared: Mapping[str, Prepared]) -> tuple[Sequence[s
     which = study.file.config.comparison
     if which == "none":
         return (), ()
+    sweep = study.file.config.sweep
+    points = {} if sweep is None else sweep.points()
+    scenarios = {name: one for name, one in prepared.items() if name not in points}
+    if len(scenarios) == 1:
+        return (), ()
     study.watch.say("comparison of scenarios with the base")
-    reports = in_order(study, prepared)
-    compared = Compared(study.file.config.name, study.folder, prepared, reports)
+    reports = [one for one in in_order(study, prepared) if one.scenario in scenarios]
+    compared = Compared(study.file.config.name, study.folder, scenarios, reports)
     return compared.write(which, study.folder.log)
+
+
+def _sweep(study: Study, prepared: Mapping[str, Prepared]) -> Sequence[str]:
+    """Write what came of the points of a sweep; return the files' names."""
+    sweep = study.file.config.sweep
+    if sweep is None:
+        return ()
+    return SweepRuns(sweep, in_order(study, prepared)).write(study.folder.path)
 
 
 def _is_enough(study: Study, until: UntilSection, scenarios: Sequence[str]) -> bool:

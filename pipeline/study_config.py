@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from pipeline.config_file import At, keys_of_lists, read_config, validated
 from pipeline.config_keys import InputFile, LocatedSection, Reading, Section
+from pipeline.sweep_config import SweepSection, add_points
 from pipeline.yaml_source import put_value, read_yaml
 from uxsim_geo.errors import Fault, Faults, InputError
 
@@ -84,6 +85,9 @@ class StudyConfig(LocatedSection):
         "section: as many as it takes",
     )
     scenarios: dict[str, Any] = Field({}, description="by name, the list of its edits")
+    sweep: SweepSection | None = Field(
+        None, description="section: keys of the base that take several values, beside the scenarios"
+    )
     reports: Literal["none", "first_seed", "all"] = Field(
         "none", description="which runs get all that the section report of the base asks for"
     )
@@ -133,6 +137,8 @@ def read_study(path: Path) -> StudyFile:
     config = validated(StudyConfig, document.values, reading, faults, At(model=StudyConfig))
     if config is None:
         raise InputError(faults)
+    if config.sweep is not None:
+        add_points(document, config.sweep)
     base = read_config(config.base)
     _set_values(base, reading, config)
     return StudyFile(path, config, reading, base)

@@ -13,8 +13,9 @@ from conftest import REPOSITORY
 from small_run import CONFIG, write_small_run
 
 from pipeline.config import Config, ReportSection, SimulateSection
-from pipeline.config_file import iterate_keys, load_config, write_config
+from pipeline.config_file import config_of, iterate_keys, load_config, write_config
 from pipeline.ingest_config import IngestSection, TripsEntry
+from pipeline.study_config import read_study
 from uxsim_geo.demand.profile import TripsOptions
 from uxsim_geo.errors import InputError
 from uxsim_geo.network.tntp_options import TntpOptions
@@ -223,9 +224,20 @@ def test_name_must_be_fit_for_a_folder(tmp_path: Path, name: str) -> None:
     assert "name: must not be empty, hold" in only_fault(tmp_path, CONFIG, f"name='{name}'")
 
 
-@pytest.mark.parametrize("path", sorted((REPOSITORY / "configs").glob("*.yaml")), ids=str)
+OWN = sorted((REPOSITORY / "configs").glob("*.yaml"))
+STUDIES = [path for path in OWN if path.stem.startswith("study_")]
+
+
+@pytest.mark.parametrize("path", sorted({*OWN} - {*STUDIES}), ids=str)
 def test_own_configurations_are_valid(path: Path) -> None:
     assert load_config(path).name == path.stem
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=str)
+def test_own_studies_are_valid_and_so_are_their_bases(path: Path) -> None:
+    study = read_study(path)
+    assert study.config.name == path.stem
+    assert config_of(study.base_copy()).name == study.config.base.stem
 
 
 def test_pages_made_from_the_code_are_in_step_with_it() -> None:
@@ -234,18 +246,15 @@ def test_pages_made_from_the_code_are_in_step_with_it() -> None:
         "read = lambda name: open('docs/' + name, encoding='utf-8').read();"
         "pages = {name: made['results_page'](read(name), layers)"
         " for name, layers in made['PAGES'].items()};"
-        "names = ('configuration_page', 'configuration_schema', 'study_page', 'study_schema');"
-        "print(json.dumps([*(made[name]() for name in names), pages]))"
+        "print(json.dumps([made['configuration_page'](), made['configuration_schema'](), pages]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=REPOSITORY, check=True, capture_output=True, text=True
     )
-    page, schema, study_page, study_schema, pages = json.loads(done.stdout)
+    page, schema, pages = json.loads(done.stdout)
     docs = REPOSITORY / "docs"
     assert page == (docs / "config.md").read_text(encoding="utf-8")
     assert schema == (docs / "config.schema.json").read_text(encoding="utf-8")
-    assert study_page == (docs / "study_keys.md").read_text(encoding="utf-8")
-    assert study_schema == (docs / "study.schema.json").read_text(encoding="utf-8")
     assert set(pages) == {"results.md", "studies_results.md"}
     for name, text in pages.items():
         assert text == (docs / name).read_text(encoding="utf-8")
