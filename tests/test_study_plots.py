@@ -14,9 +14,9 @@ from uxsim_geo.export.comparison.files import study_writers
 from uxsim_geo.export.comparison.plots import (
     difference_map_figure,
     intervals_figure,
-    winners_figure,
 )
 from uxsim_geo.export.comparison.space_time import STEPS, difference_scene
+from uxsim_geo.export.comparison.winners_plot import winners_figure
 from uxsim_geo.export.saving import save_figure
 from uxsim_geo.export.space_time.look import Look
 

@@ -31,6 +31,7 @@ class ComparisonPage {
       trouble,
     });
     await this.map.ready;
+    this.map.map.fitBounds(this.run.content.view, { padding: 34, animate: false });
     this.map.mark();
     byId("tiles").addEventListener("change", (event) => {
       this.map.showTiles(event.target.checked);

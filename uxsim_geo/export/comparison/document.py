@@ -27,7 +27,9 @@ from uxsim_geo.export.comparison.changes import (
     shown_of_links,
     significance,
 )
+from uxsim_geo.export.comparison.extent import LOCAL, changed_part
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of, joined_network
+from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.page.document import TICKS, link_columns, plain
 from uxsim_geo.export.page.packing import packed_json, packed_lines, packed_numbers
 from uxsim_geo.export.page.places import Places
@@ -129,6 +131,7 @@ def _document(
         "ticks": {str(most): clock.ticks(most) for most in TICKS},
         "has_time": has_time,
         "map": {"on_earth": places.on_earth, "left": about.driving_side == "left"},
+        "view": _view(study, network, places, shown[0]),
         "links": link_columns(network, tau, volume),
         "quantities": [_quantity(one) for several in shown for one in several],
         "count": len(shown[0]),
@@ -138,6 +141,22 @@ def _document(
         "junctions": {"points": [], "links": [], "largest_min": 0, "least": 1},
         "worst": [],
     }
+
+
+def _view(
+    study: Study, network: Network, places: Places, whole: Sequence[Shown]
+) -> list[float | int | None]:
+    """West, south, east and north of what the map shows at first: where volumes change."""
+    volume = next(one for one in whole if one.quantity.name == "volume_veh")
+    ids = pd.Index(network.links["link_id"].astype(str))
+    sizes, edited = np.zeros(len(ids)), np.zeros(len(ids), bool)
+    for entry in study.compared:
+        links = comparison_of(entry).links.set_index("link_id").reindex(ids)
+        change = np.nan_to_num(np.abs(volume.of(links)))
+        sizes = np.maximum(sizes, np.where(change >= volume.breaks[0], change, 0.0))
+        few = links["changed"].fillna(False).to_numpy(bool)
+        edited |= few if few.mean() < LOCAL else False
+    return plain(changed_part(MapPlane(places.lines, places.points, None), sizes, edited), 5)
 
 
 def _edges(study: Study) -> list[float]:

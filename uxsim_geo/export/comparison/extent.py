@@ -8,6 +8,9 @@ from uxsim_geo.analysis.types import Booleans, Floats
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time.choice import FEW_LINKS, part_of_map
 
+#: a scenario that edits a larger share of the links is about the whole map
+LOCAL = 0.05
+
 
 def changed_part(
     plane: MapPlane, sizes: Floats, edited: Booleans

@@ -25,7 +25,7 @@ from uxsim_geo.export.comparison.changes import (
     classes_of,
     significance,
 )
-from uxsim_geo.export.comparison.extent import changed_part
+from uxsim_geo.export.comparison.extent import LOCAL, changed_part
 from uxsim_geo.export.comparison.forest import Panel, panels
 from uxsim_geo.export.comparison.study import Scenario, Study, comparison_of, joined_network
 from uxsim_geo.export.map_plane import MapPlane
@@ -108,6 +108,7 @@ def difference_map_figure(study: Study, entry: Scenario, shown: Shown) -> Figure
     number = np.where(links["exists"] == "both", class_numbers(values, shown), -2)
     noticeable = (number >= 0) & (number != len(shown.breaks))
     plane, edited = MapPlane.of(network), links["changed"].fillna(False).to_numpy(bool)
+    edited &= edited.mean() < LOCAL
     box = changed_part(plane, np.where(noticeable, np.abs(values), 0.0), edited)
     sheet = MapSheet.around(plane, title, box)
     sheet = replace(sheet, driving_side=study.about.driving_side)
