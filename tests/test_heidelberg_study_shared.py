@@ -24,15 +24,15 @@ MOST_BYTES = 6_000_000
 
 
 def written(folder: Path, shared: Path, **changes: Any) -> Path:
-    """The study and its base, on the file of the map, with 8,000 trips in 20 minutes; its path."""
+    """The study and its base, on the file of the map, with 4,000 trips in 20 minutes; its path."""
     base = yaml.safe_load((CONFIGS / "heidelberg.yaml").read_text(encoding="utf-8"))
     study = yaml.safe_load((CONFIGS / f"{STUDY}.yaml").read_text(encoding="utf-8")) | changes
     del base["ingest"]["osm"]["place"]
     base["ingest"]["osm"]["file"] = str(shared / "data/osm/heidelberg.osm.pbf")
     (demand,) = base["ingest"]["demand"]
     demand["demand_period_s"] = 1200
-    demand["gravity"]["total_vehicles"] = 8000
-    base["simulate"]["duration_s"] = 2700
+    demand["gravity"]["total_vehicles"] = 4000
+    base["simulate"]["duration_s"] = 1800
     for name, values in (("heidelberg", base), (STUDY, study)):
         text = yaml.safe_dump(values, allow_unicode=True)
         (folder / f"{name}.yaml").write_text(text, encoding="utf-8")

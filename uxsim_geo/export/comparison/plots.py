@@ -108,7 +108,7 @@ def difference_map_figure(study: Study, entry: Scenario, shown: Shown) -> Figure
     number = np.where(links["exists"] == "both", class_numbers(values, shown), -2)
     noticeable = (number >= 0) & (number != len(shown.breaks))
     plane, edited = MapPlane.of(network), links["changed"].fillna(False).to_numpy(bool)
-    edited &= edited.mean() < LOCAL
+    edited = edited & (edited.mean() < LOCAL)
     box = changed_part(plane, np.where(noticeable, np.abs(values), 0.0), edited)
     sheet = MapSheet.around(plane, title, box)
     sheet = replace(sheet, driving_side=study.about.driving_side)
