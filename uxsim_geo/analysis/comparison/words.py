@@ -163,7 +163,8 @@ def _statuses(statuses: pd.DataFrame) -> Iterator[str]:
         alone = statuses[arrived[side] & ~arrived[other] & there[other]]
         if len(alone):
             vehicles = f"{alone['vehicles'].sum():,.1f}".removesuffix(".0")
-            yield f"{vehicles} vehicle{'' if vehicles == '1' else 's'} arrive in the {name} alone."
+            who = "vehicle arrives" if vehicles == "1" else "vehicles arrive"
+            yield f"{vehicles} {who} in the {name} alone."
 
 
 def _times(comparison: Comparison, span: Span) -> Iterator[str]:
