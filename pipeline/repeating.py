@@ -9,10 +9,12 @@ from pathlib import Path
 
 from pipeline.config_file import config_of
 from pipeline.config_keys import Reading
+from pipeline.execution import Run
+from pipeline.program import code_digest, other_versions
 from pipeline.progress import Watch
 from pipeline.report import SUMMARY
 from pipeline.runs import MANIFEST, Manifest, RunFolder
-from pipeline.stages import Run, Stage, code_digest, other_versions
+from pipeline.stages import Stage
 from pipeline.verification import changed_inputs
 from pipeline.yaml_source import YamlSource
 from uxsim_geo.errors import Fault, InputError

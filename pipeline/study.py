@@ -12,10 +12,11 @@ from typing import Any, Protocol
 
 from pipeline.config_file import config_of
 from pipeline.dry_run import dry_run_text, write_changes
+from pipeline.execution import Run
+from pipeline.program import code_digest, machine, versions
 from pipeline.progress import Watch
 from pipeline.runs import FileRecord, RunFolder, record_file
 from pipeline.simulate import STAGE as SIMULATE
-from pipeline.stages import Run, code_digest, machine, versions
 from pipeline.study_comparison import Compared
 from pipeline.study_config import StudyFile, UntilSection, read_study
 from pipeline.study_dask import Dask

@@ -11,9 +11,11 @@ from typing import Any, Literal
 
 from pipeline import ingest, measure, report, simulate
 from pipeline.config import Config
+from pipeline.execution import Run
+from pipeline.program import code_digest
 from pipeline.progress import Silence
 from pipeline.runs import LOG, RunFolder, StageRecord
-from pipeline.stages import Run, Stage, code_digest
+from pipeline.stages import Stage
 from pipeline.store import Store
 from uxsim_geo.analysis.comparison.quantities import TOTALS
 from uxsim_geo.errors import InputError

@@ -12,11 +12,11 @@ from pipeline import ingest
 from pipeline.config import Config
 from pipeline.config_file import config_of, named_values
 from pipeline.dry_run import dry_run_text
+from pipeline.execution import Run
 from pipeline.ingest_config import IngestSection
 from pipeline.progress import Prefixed, Watch
 from pipeline.runs import RunFolder, StageRecord
 from pipeline.scenarios import BASE, Scenario, Tables, read_scenarios, resolve
-from pipeline.stages import Run
 from pipeline.study_config import StudyFile
 from pipeline.study_folder import StudyFolder
 from uxsim_geo.files import replace_when_complete, sha256_of

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.program import other_versions
 from pipeline.ro_crate import METADATA
 from pipeline.runs import CONFIG, LOG, MANIFEST, FileRecord, Manifest, RunFolder, is_unchanged
-from pipeline.stages import other_versions
 from uxsim_geo.errors import Fault, InputError
 
 

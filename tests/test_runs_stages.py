@@ -19,9 +19,10 @@ from small_run import write_small_run
 import uxsim_geo.version
 from pipeline import ingest, report, simulate, stages
 from pipeline.config_file import load_config
+from pipeline.execution import Run
 from pipeline.progress import Lines, Pace, Silence, Terminal, bar_on
 from pipeline.runs import RunFolder
-from pipeline.stages import Run, Stage, Task
+from pipeline.stages import Stage, Task
 from pipeline.verification import verify_run
 from uxsim_geo.errors import InputError
 from uxsim_geo.result import Progress
@@ -174,7 +175,7 @@ def test_force_repeats_everything_to_the_byte(done: Path) -> None:
 
 
 def test_other_code_makes_the_results_old(done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.stages.code_digest", lambda: "other")
+    monkeypatch.setattr("pipeline.execution.code_digest", lambda: "other")
     assert execute(done) == ["ingest", "simulate", "report"]
 
 

@@ -70,10 +70,10 @@ def _run(options: argparse.Namespace) -> int:
         return _repeat(options)
     from pipeline import ingest, report, simulate
     from pipeline.config_file import load_config
+    from pipeline.execution import Run
     from pipeline.progress import watching
     from pipeline.results import show_results
     from pipeline.runs import RunFolder
-    from pipeline.stages import Run
 
     seed = [] if options.seed is None else [f"simulate.seed={options.seed}"]
     config = load_config(options.config, [*options.set, *seed])
