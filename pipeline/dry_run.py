@@ -66,6 +66,8 @@ def _cells(
     changes: pd.DataFrame, scenario: Scenario, base: Scenario, read: Tables
 ) -> Iterator[Cells]:
     """Yield what each edit makes of each attribute."""
+    import pandas as pd
+
     known = _lengths(scenario, base, read)
     keys = ["line", "edit", "element", "attribute"]
     grouped = changes.groupby(keys, sort=False, dropna=False)
@@ -73,7 +75,7 @@ def _cells(
     numbers = grouped.ngroup()
     for number, (line, edit, element, attribute) in enumerate(order):
         own = changes[numbers == number]
-        at = f"line {line}" if line == line and line is not None else "base"
+        at = f"line {line}" if pd.notna(line) else "base"
         what = _before_and_after(own, attribute)
         ids = own["id"].drop_duplicates().tolist()
         much = _how_much(ids, element, known)

@@ -15,7 +15,8 @@ from pipeline.config import Config
 from pipeline.config_file import named_values, plain_values, relative_name, write_config
 from pipeline.program import code_digest, machine, other_versions, versions
 from pipeline.progress import Watch
-from pipeline.ro_crate import METADATA, write_crate
+from pipeline.ro_crate import METADATA
+from pipeline.run_crate import write_crate
 from pipeline.runs import (
     CONFIG,
     FileRecord,

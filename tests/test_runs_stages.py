@@ -17,7 +17,7 @@ from rich.text import Text
 from small_run import write_small_run
 
 import uxsim_geo.version
-from pipeline import ingest, report, simulate, stages
+from pipeline import ingest, program, report, simulate
 from pipeline.config_file import load_config
 from pipeline.execution import Run
 from pipeline.progress import Lines, Pace, Silence, Terminal, bar_on
@@ -294,9 +294,9 @@ def test_a_stage_announces_its_writing_before_it_does(done: Path, stage: Stage) 
 
 
 def test_tables_and_templates_of_the_program_are_code() -> None:
-    packages = (Path(stages.__file__).parent, Path(uxsim_geo.version.__file__).parent)
+    packages = (Path(program.__file__).parent, Path(uxsim_geo.version.__file__).parent)
     files = {path for package in packages for path in package.rglob("*") if path.is_file()}
-    others = {path.suffix for path in files} - set(stages.SOURCES) - {".pyc", ".nbi", ".nbc"}
+    others = {path.suffix for path in files} - set(program.SOURCES) - {".pyc", ".nbi", ".nbc"}
     assert {path.name for path in files if path.suffix in others} <= {"py.typed"}
 
 
