@@ -140,7 +140,8 @@ def read_study(path: Path, edits: Sequence[str] = (), seeds: int | None = None) 
     document = read_yaml(path)
     document.values.setdefault("name", path.stem)
     _take_in_options(document, edits, seeds)
-    return study_of(path, Reading(document, path.resolve().parent), path.read_bytes().decode("utf-8-sig"))
+    text = path.read_bytes().decode("utf-8-sig")
+    return study_of(path, Reading(document, path.resolve().parent), text)
 
 
 def _take_in_options(document: YamlSource, edits: Sequence[str], seeds: int | None) -> None:
