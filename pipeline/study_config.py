@@ -163,6 +163,8 @@ def _take_in_options(document: YamlSource, edits: Sequence[str], seeds: int | No
 def study_of(path: Path, reading: Reading, text: str, base: Reading | None = None) -> StudyFile:
     """Check a study that was read; ``base`` None: the file that the study names.
 
+    A base that is given has what the study sets already.
+
     Raises :class:`uxsim_geo.errors.InputError` as :func:`read_study`.
     """
     document, given = reading.document, deepcopy(reading.document.values)
@@ -170,8 +172,9 @@ def study_of(path: Path, reading: Reading, text: str, base: Reading | None = Non
     config = validated(StudyConfig, document.values, reading, faults, At(model=StudyConfig))
     if config is None:
         raise InputError(faults)
-    base = base or read_config(config.base)
-    _set_values(base, reading, config)
+    if base is None:
+        base = read_config(config.base)
+        _set_values(base, reading, config)
     return StudyFile(path, config, reading, base, given, text)
 
 

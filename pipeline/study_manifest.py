@@ -43,19 +43,30 @@ def facts(study: Study, prepared: Mapping[str, Prepared]) -> dict[str, Any]:
 
 
 def _to_repeat(study: Study) -> dict[str, Any]:
-    """Return the study's text, and study and base with all their keys.
+    """Return study and base as they were written, and with all their keys.
 
     Paths start from the folders named with them.
     """
     file, root = study.file, study.folder.path
     keys = plain_values(file.config, file.reading.folder)
+    base = plain_values(study.base, file.base.folder)
     return {
         "text": file.text,
         "config": {**keys, "scenarios": file.given.get("scenarios", {})},
         "folder": relative_name(file.reading.folder, root),
-        "base_config": plain_values(study.base, file.base.folder),
+        "base_config": base,
+        "base_document": _written(file, base),
         "base_folder": relative_name(file.base.folder, root),
     }
+
+
+def _written(file: StudyFile, base: dict[str, Any]) -> dict[str, Any]:
+    """Return the base as it was written, by which edits of its keys go, with its control file."""
+    values: dict[str, Any] = deepcopy(file.base.document.values)
+    simulate = values.get("simulate")
+    if isinstance(simulate, dict) and isinstance(simulate.get("control"), str):
+        simulate["control"] = base["simulate"]["control"]
+    return values
 
 
 def study_from(path: Path) -> StudyFile:
@@ -66,7 +77,7 @@ def study_from(path: Path) -> StudyFile:
     """
     folder = StudyFolder(path.parent)
     told = folder.read_manifest().study if path.name == MANIFEST else {}
-    if not {"text", "config", "folder", "base_config", "base_folder"} <= told.keys():
+    if not {"text", "config", "folder", "base_document", "base_folder"} <= told.keys():
         what = "is no manifest of a study that can be repeated: name runs/STUDY/manifest.json"
         raise InputError([Fault(what, str(path))])
     root = path.parent.resolve()
@@ -75,6 +86,6 @@ def study_from(path: Path) -> StudyFile:
     document.values |= {name: told["config"][name] for name in ("name", "set", "seeds")}
     document.values["base"] = str(path.resolve())
     study = Reading(document, (root / told["folder"]).resolve())
-    base = YamlSource(str(path), deepcopy(told["base_config"]))
+    base = YamlSource(str(path), deepcopy(told["base_document"]))
     at = Reading(base, (root / told["base_folder"]).resolve())
     return study_of(path, study, told["text"], at)
