@@ -7,6 +7,7 @@ import os
 import shutil
 import traceback
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,24 +29,34 @@ FOLDER = "comparison"
 FACTS = "comparison.json"
 SENTENCES = "summary.txt"
 
+#: pictures that other processes draw at a time; each takes some hundred MB in a city
+DRAWN_AT_A_TIME = 2
+
 
 def write_views(study: Study, folder: Path, log: Callable[[str], None]) -> list[str]:
     """Write layers, page and pictures of a study; what could not be written, a line each.
 
     How it came to that is handed to ``log``. All else is written. Files take their names when they
-    are complete.
+    are complete. Pictures that other processes draw are drawn beside the rest.
     """
-    from uxsim_geo.export.comparison.files import study_writers
+    from uxsim_geo.export.comparison.files import is_drawn_apart, study_writers
 
-    problems: list[str] = []
-    for name, write in study_writers(study).items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            write(path)
-        except Exception as error:  # noqa: BLE001  told, and the command fails by it
-            problems += [f"{name} could not be written: {what}" for what in in_words(error)]
-            log("".join(traceback.format_exception(error)))
+    writers = study_writers(study)
+    for path in {(folder / name).parent for name in writers}:
+        path.mkdir(parents=True, exist_ok=True)
+    with ThreadPoolExecutor(DRAWN_AT_A_TIME) as others:
+        apart = {
+            name: others.submit(write, folder / name)
+            for name, write in writers.items()
+            if is_drawn_apart(name)
+        }
+        problems: list[str] = []
+        for name, write in writers.items():
+            try:
+                apart[name].result() if name in apart else write(folder / name)
+            except Exception as error:  # noqa: BLE001  told, and the command fails by it
+                problems += [f"{name} could not be written: {what}" for what in in_words(error)]
+                log("".join(traceback.format_exception(error)))
     return problems
 
 

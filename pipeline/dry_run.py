@@ -15,14 +15,34 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class Cells(NamedTuple):
-    """A line of the table: where the edit stands, its key, of what, how much, and what becomes."""
+class Change(NamedTuple):
+    """What an edit makes of an attribute: where it stands, its key, of what, how much, from, to.
+
+    ``ids`` are those of the elements; ``before`` and ``after`` words, – where there was nothing
+    """
 
     at: str
     edit: str
     element: str
+    ids: Sequence[str]
     how_much: str
-    what: str
+    attribute: str
+    before: str
+    after: str
+
+    @property
+    def what(self) -> str:
+        """What becomes of it, in short."""
+        if self.attribute == EXISTS:
+            return "added" if self.before == NOTHING else "removed"
+        return f"{self.attribute}: {self.before} → {self.after}"
+
+
+#: attribute of what comes or goes
+EXISTS = "exists"
+
+#: in the place of a value that is not there
+NOTHING = "–"
 
 
 #: so many pairs without a way are named
@@ -50,8 +70,7 @@ def _of_scenario(scenario: Scenario, base: Scenario, read: Tables) -> Iterator[s
     yield f"{scenario.name}: {count(len(scenario.edits), 'edit')}"
     if scenario.tables is None:
         yield "  reads other files (ingest): what it changes of tables is seen when it is run"
-    changes = all_changes(scenario, base, read)
-    cells = list(_cells(changes, scenario, base, read))
+    cells = changes_of(scenario, base, read)
     shown = [(row.at, row.edit, row.how_much) for row in cells]
     widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
     for row, told in zip(cells, shown, strict=True):
@@ -59,12 +78,17 @@ def _of_scenario(scenario: Scenario, base: Scenario, read: Tables) -> Iterator[s
         yield f"  {padded}  {row.what}"
     if not cells and scenario.tables is not None:
         yield "  changes nothing"
-    yield from _cut_off(scenario)
+    yield from (f"  {line}" for line in cut_off_in_words(scenario))
 
 
-def _cells(
+def changes_of(scenario: Scenario, base: Scenario, read: Tables) -> list[Change]:
+    """Return what each edit of a scenario makes of each attribute, in the order of the edits."""
+    return list(_changes(all_changes(scenario, base, read), scenario, base, read))
+
+
+def _changes(
     changes: pd.DataFrame, scenario: Scenario, base: Scenario, read: Tables
-) -> Iterator[Cells]:
+) -> Iterator[Change]:
     """Yield what each edit makes of each attribute."""
     import pandas as pd
 
@@ -76,10 +100,9 @@ def _cells(
     for number, (line, edit, element, attribute) in enumerate(order):
         own = changes[numbers == number]
         at = f"line {line}" if pd.notna(line) else "base"
-        what = _before_and_after(own, attribute)
         ids = own["id"].drop_duplicates().tolist()
         much = _how_much(ids, element, known)
-        yield Cells(at, edit, element, much, what)
+        yield Change(at, edit, element, ids, much, attribute, *_before_and_after(own, attribute))
 
 
 def _lengths(scenario: Scenario, base: Scenario, read: Tables) -> dict[str, float]:
@@ -106,14 +129,12 @@ def _pairs(number: int) -> str:
     return f"{number:,} pair{'' if number == 1 else 's'}"
 
 
-def _before_and_after(own: pd.DataFrame, attribute: str) -> str:
-    if attribute == "exists":
-        return "added" if own["before"].isna().all() else "removed"
+def _before_and_after(own: pd.DataFrame, attribute: str) -> tuple[str, str]:
     before, after = (_range(own[name]) for name in ("before", "after"))
     if attribute == "vehicles":
         sums = [own[name].dropna().astype(float).sum() for name in ("before", "after")]
         before, after = (number_in_words(total) for total in sums)
-    return f"{attribute}: {before} → {after}"
+    return before, after
 
 
 def _range(values: pd.Series) -> str:
@@ -122,7 +143,7 @@ def _range(values: pd.Series) -> str:
 
     texts = values.dropna().drop_duplicates()
     if not len(texts):
-        return "–"
+        return NOTHING
     numbers = pd.to_numeric(texts, errors="coerce")
     if numbers.notna().all():
         low, high = (f"{number:,.6g}" for number in (numbers.min(), numbers.max()))
@@ -132,8 +153,8 @@ def _range(values: pd.Series) -> str:
     return f"{told} (where given)" if values.isna().any() else told
 
 
-def _cut_off(scenario: Scenario) -> Iterator[str]:
-    """Name pairs without any way that had one in the base."""
+def cut_off_in_words(scenario: Scenario) -> Iterator[str]:
+    """Name pairs without any way that had one in the base, in a line where there are some."""
     lost = scenario.cut_off
     if not len(lost) or not lost["had_way"].any():
         return
@@ -144,7 +165,7 @@ def _cut_off(scenario: Scenario) -> Iterator[str]:
     ]
     vehicles = number_in_words(lost["vehicles"].sum())
     yield (
-        f"  warning: no way is left for {_pairs(len(lost))} with {vehicles} trips: "
+        f"warning: no way is left for {_pairs(len(lost))} with {vehicles} trips: "
         f"{listed(named, len(lost))}"
     )
 
@@ -163,7 +184,7 @@ def write_changes(path: Path, scenarios: Mapping[str, Scenario], read: Tables) -
             network = (scenario.tables or read).network
             changes = all_changes(scenario, base, read)
             elsewhere = changes["element"].isin(("demand", "control", "setting"))
-            told = _cells(changes[elsewhere], scenario, base, read)
+            told = _changes(changes[elsewhere], scenario, base, read)
             others = pd.DataFrame(
                 [(row.element, row.how_much, row.what, f"{row.edit} ({row.at})") for row in told],
                 columns=["element", "id", "what", "edits"],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.config import Config
 from pipeline.config_keys import ChosenLinks, Period, Section
+from pipeline.control_config_flow import SignalEntry
 from pipeline.edits import EDITS
 from pipeline.scenario_names import StudyPlace
 from pipeline.scenarios import Scenario, Tables
@@ -96,10 +97,17 @@ def _of_control(placed: StudyPlace, network: Network) -> Iterator[Row]:
 def _of_signals(value: Any, edit: tuple[int | None, str]) -> Iterator[Row]:
     if edit[1] == "signal":
         for entry in value:
-            yield (*edit, "node", entry.node_id, "signal", None, _words(entry))
+            yield (*edit, "node", entry.node_id, "signal", None, _plan(entry))
     else:
         for node in value.nodes:
             yield (*edit, "node", node, "signal", "yes", None)
+
+
+def _plan(entry: SignalEntry) -> str:
+    """A signal's plan in short: how long each phase is green, and which links have it."""
+    phases = "; ".join(f"{phase.duration_s:g} s {', '.join(phase.links)}" for phase in entry.phases)
+    cycle = entry.measure().cycle
+    return f"{_when(entry)}, cycle {cycle:g} s: {phases}"
 
 
 def _by_link(

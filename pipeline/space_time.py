@@ -71,7 +71,9 @@ class SpaceTime:
         """What is drawn."""
         from uxsim_geo.export.space_time.scene import space_time_scene
 
-        return space_time_scene(self.material.network, self.material.states, self.look, self.ways)
+        return space_time_scene(
+            self.material.network, self.material.kept_states, self.look, self.ways
+        )
 
 
 def check_space_time(config: Config) -> None:
@@ -113,7 +115,7 @@ def _write_surface(run: SpaceTime, path: Path) -> None:
     from uxsim_geo.export.space_time.drawing import write_still
     from uxsim_geo.export.space_time.surface import surface_scene
 
-    scene = surface_scene(run.material.network, run.material.states, run.look)
+    scene = surface_scene(run.material.network, run.material.kept_states, run.look)
     write_still(path, scene, replace(run.look, show=()), run.wishes.cameras[0])
 
 

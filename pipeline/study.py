@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Protocol
@@ -38,6 +38,7 @@ from pipeline.study_manifest import facts, study_from
 from pipeline.study_processes import Group, Here, Processes, cores
 from pipeline.study_scenarios import Preparation, Prepared, absolute_values, with_seed
 from pipeline.study_seeds import Seeds, widths
+from pipeline.sweep_results import SweepRuns
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
 
@@ -119,7 +120,7 @@ def run_study(order: Order, watch: Watch) -> list[str]:
             except BaseException:
                 _write(study, prepared, started, Concluded(), finished=False)
                 raise
-        compared = _compare(study, prepared)
+        compared = replace(_compare(study, prepared), swept=_sweep(study, prepared))
         _write(study, prepared, started, compared, finished=True)
         count = f"{len(study.reports):,} runs in {time.perf_counter() - clock:.1f} s"
         _tell(study, f"study: {count}, figures in {study.folder.path / FIGURES}")
@@ -259,9 +260,13 @@ def _tell_of_run(study: Study, report: Report, total: int) -> None:
 def _compare(study: Study, prepared: Mapping[str, Prepared]) -> Concluded:
     """Write the comparison that the study asks for, unless there is one of just these runs."""
     which = study.file.config.comparison
-    compared = Compared(study.file.config.name, study.folder, prepared, in_order(study, prepared))
+    sweep = study.file.config.sweep
+    points = {} if sweep is None else sweep.points()
+    scenarios = {name: one for name, one in prepared.items() if name not in points}
     found = Concluded()
-    if which != "none":
+    if which != "none" and len(scenarios) > 1:
+        reports = [one for one in in_order(study, prepared) if one.scenario in scenarios]
+        compared = Compared(study.file.config.name, study.folder, scenarios, reports)
         key = compared.key(which)
         earlier = None if study.force else take_back(study.folder, key)
         state = "up to date" if earlier else "of scenarios with the base"
@@ -269,6 +274,14 @@ def _compare(study: Study, prepared: Mapping[str, Prepared]) -> Concluded:
         found = earlier or Concluded(*compared.write(which, study.folder.log), key)
     forget(study.folder)
     return found
+
+
+def _sweep(study: Study, prepared: Mapping[str, Prepared]) -> Sequence[str]:
+    """Write what came of the points of a sweep; return the files' names."""
+    sweep = study.file.config.sweep
+    if sweep is None:
+        return ()
+    return SweepRuns(sweep, in_order(study, prepared)).write(study.folder.path)
 
 
 def _is_enough(study: Study, until: UntilSection, scenarios: Sequence[str]) -> bool:
@@ -315,7 +328,7 @@ def _write(
         "ended": datetime.now(UTC).isoformat(timespec="seconds"),
         "finished": finished,
     }
-    outputs = folder.record(FIGURES, STUDY, BASE_CONFIG, *compared.files)
+    outputs = folder.record(FIGURES, STUDY, BASE_CONFIG, *compared.files, *compared.swept)
     manifest = StudyManifest(about, runs, outputs)
     folder.write_manifest(manifest)
     write_study_crate(folder, manifest)

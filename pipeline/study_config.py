@@ -13,6 +13,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from pipeline.config_file import At, keys_of_lists, read_config, validated
 from pipeline.config_keys import InputFile, LocatedSection, Reading, Section
 from pipeline.config_paths import rebased
+from pipeline.sweep_config import SweepSection, add_points
 from pipeline.yaml_source import YamlSource, put_value, read_assignment, read_yaml
 from uxsim_geo.errors import Fault, Faults, InputError
 
@@ -86,6 +87,9 @@ class StudyConfig(LocatedSection):
         "section: as many as it takes",
     )
     scenarios: dict[str, Any] = Field({}, description="by name, the list of its edits")
+    sweep: SweepSection | None = Field(
+        None, description="section: keys of the base that take several values, beside the scenarios"
+    )
     reports: Literal["none", "first_seed", "all"] = Field(
         "none", description="which runs get all that the section report of the base asks for"
     )
@@ -172,6 +176,8 @@ def study_of(path: Path, reading: Reading, text: str, base: Reading | None = Non
     config = validated(StudyConfig, document.values, reading, faults, At(model=StudyConfig))
     if config is None:
         raise InputError(faults)
+    if config.sweep is not None:
+        add_points(document, config.sweep)
     if base is None:
         base = read_config(config.base)
         _set_values(base, reading, config)

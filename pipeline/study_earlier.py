@@ -17,7 +17,7 @@ EARLIER = ".earlier"
 
 @dataclass(frozen=True)
 class Concluded:
-    """A comparison of the scenarios with the base.
+    """What follows from the runs of a study: a comparison of the scenarios with the base.
 
     files
         names in the study's folder
@@ -25,11 +25,14 @@ class Concluded:
         what could not be written, a line each
     key
         of all that it follows from
+    swept
+        files of a sweep, which are made anew whenever a study ends
     """
 
     files: Sequence[str] = ()
     problems: Sequence[str] = ()
     key: str = ""
+    swept: Sequence[str] = ()
 
     def entry(self) -> dict[str, Any]:
         """What the manifest says of it; one that is not complete is never believed."""

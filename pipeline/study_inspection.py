@@ -11,6 +11,7 @@ from pipeline.columns import align
 from pipeline.comparison_files import FOLDER
 from pipeline.scenarios import BASE
 from pipeline.study_folder import FIGURES, StudyFolder, StudyManifest
+from pipeline.sweep_results import SWEEP
 from uxsim_geo.analysis.comparison.quantities import TOTALS
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ PLACES = {
     "comparison.gpkg": "what differs, for a GIS",
     f"{FOLDER}/totals.csv": "what differs in all figures, with intervals",
     FIGURES: "all figures of all runs",
+    SWEEP: "parameters and figures of the points of the sweep",
     "runs": "the runs, by scenario and seed",
     "study.log": "what was said",
 }
@@ -111,7 +113,8 @@ def _figures(path: Path, manifest: StudyManifest) -> Iterator[str]:
         else:
             told = compared[compared.iloc[:, 0] == name].set_index("figure")
             by_figure: Mapping[Any, Any] = told.to_dict("index")
-            rows.append((name, *(_difference(by_figure.get(figure)) for figure in KEY_FIGURES)))
+            if by_figure:  # points of a sweep are not compared
+                rows.append((name, *(_difference(by_figure.get(one)) for one in KEY_FIGURES)))
     what = "differences from the base, with half of the 95 % interval" if totals.is_file() else ""
     yield "\n".join(filter(None, [align(rows, right=range(1, 6)), what]))
 

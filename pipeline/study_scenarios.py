@@ -11,7 +11,7 @@ from typing import Any
 from pipeline import ingest
 from pipeline.config import Config
 from pipeline.config_file import named_values
-from pipeline.dry_run import dry_run_text
+from pipeline.edit_sentences import edits_in_sentences
 from pipeline.execution import Run
 from pipeline.progress import Prefixed
 from pipeline.runs import RunFolder, StageRecord
@@ -67,7 +67,7 @@ class Preparation:
         """
         base = scenarios[BASE]
         return {
-            name: self._prepare(one, _edits_in_words({BASE: base, name: one}, tables))
+            name: self._prepare(one, () if one is base else edits_in_sentences(one, base, tables))
             for name, one in scenarios.items()
         }
 
@@ -100,12 +100,6 @@ class Preparation:
                     shutil.copyfile(path, temporary)
             self.copied[path] = target
         return self.copied[path]
-
-
-def _edits_in_words(scenarios: Mapping[str, Scenario], tables: Tables) -> tuple[str, ...]:
-    """Return what the scenario beside the base changes, a line each; nothing of the base itself."""
-    lines = dry_run_text(scenarios, tables).splitlines()[1:]
-    return tuple(" ".join(line.split()) for line in lines if line.strip())
 
 
 def with_seed(config: Config, seed: int) -> Config:

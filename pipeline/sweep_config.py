@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
@@ -41,9 +41,8 @@ class SweepSection(Section):
     Their figures stand in sweep.csv, a row a run, and in plots against every parameter.
     """
 
-    grid: dict[str, tuple[Any, ...]] = Field(
+    grid: dict[str, Annotated[tuple[Any, ...], Field(strict=False)]] = Field(
         {},
-        strict=False,
         description="by key, as simulate.route_update_weight, its values: all combinations are run",
     )
     latin_hypercube: dict[str, RangeEntry] = Field(

@@ -23,7 +23,7 @@ from uxsim_geo.analysis.trajectories import trajectories
 from uxsim_geo.export.archives import write_flatgeobuf, write_geoparquet
 from uxsim_geo.export.findings import extent_of_traffic
 from uxsim_geo.export.layers import link_times_layer
-from uxsim_geo.export.od_layer import od_lines_layer
+from uxsim_geo.export.od_layer import least_of_largest, od_lines_layer
 from uxsim_geo.export.run_layers import layers_of_run
 from uxsim_geo.export.trajectory_layer import Sample, trajectories_layer
 from uxsim_geo.network.network import Network
@@ -97,6 +97,34 @@ def test_few_pairs_are_lines_between_their_nodes() -> None:
             assert [Point(end) for end in ends] == [places[row.origin], places[row.destination]]
             # a scale of 0.9996 on the map's central line
             assert row.beeline_m == pytest.approx(row.geometry.length, rel=0.02)
+
+
+def test_rounding_leaves_no_delay_below_zero() -> None:
+    network = grid_of_nodes(2, 1000.0)
+    od = od_table(trips_between_all(network, 1), network)
+    od["total_delay_so_far_veh_s"] = -1e-12
+    layer = od_lines_layer(network, od)
+    assert (layer[["delay_s", "delay_veh_s"]] == 0.0).all(axis=None)
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "most", "least"),
+    [
+        ([3.0, 1.0, 2.0], 3, 0.0),
+        ([3.0, 1.0, 2.0], 2, 2.0),
+        ([3.0, 2.0, 2.0, 2.0], 2, 3.0),  # of equal ones all or none
+        ([2.0, 2.0, 2.0], 2, 2.0),
+        ([], 2, 0.0),
+    ],
+)
+def test_the_largest_pairs_are_no_more_than_asked_for(
+    vehicles: list[float], most: int, least: float
+) -> None:
+    lines = [LineString([(0, 0), (k + 1, 0)]) for k in range(len(vehicles))]
+    inside = pd.DataFrame({"departed_veh": [9.0], "geometry": [None]})  # a pair without a line
+    layer = pd.concat([inside, pd.DataFrame({"departed_veh": vehicles, "geometry": lines})])
+    assert least_of_largest(layer, most) == least
+    assert least_of_largest(layer.drop(columns="geometry"), most) == 0.0
 
 
 def test_many_ends_are_put_together_in_squares_and_lose_nobody(

@@ -98,7 +98,7 @@ def test_trajectories_have_four_coordinates(seen: dict[str, Any]) -> None:
 
 
 def test_links_have_styles_by_speed_delay_queue_and_use(seen: dict[str, Any]) -> None:
-    assert layer(seen, "links")["styles"] == ["delay", "queue", "speed", "volume"]
+    assert layer(seen, "links")["styles"] == ["delay", "queue", "roads", "speed", "volume"]
     assert layer(seen, "link_states")["styles"] == ["delay", "flow", "queue", "speed"]
     assert layer(seen, "links")["style"] == layer(seen, "link_states")["style"] == "speed"
 
@@ -147,9 +147,10 @@ def test_names_come_out_as_text(seen: dict[str, Any]) -> None:
 def test_the_sheet_says_where_when_and_how_bad(seen: dict[str, Any]) -> None:
     (sheet,) = seen["layouts"].values()
     text = "\n".join(sheet["texts"])
-    assert "small, 2024-03-01, 07:00 to 07:02:30 UTC" in text
+    assert "small, 2024-03-01, 07:00:00–07:02:30 UTC" in text
     assert "10 vehicles departed, 5 arrived by the end." in text
     # the first platoon stands from 55 to 95 s, the second from 63.75 to 100 and from 101.25 s on:
     # of the second minute 35 s, 36.25 s and 18.75 s, more than of the others
-    assert "Most time is lost from 07:01 to 07:02 UTC." in text
-    assert "0.2 vehicle-hours  O'Connell" in text
+    assert "Most time is lost 07:01:00–07:02:00 UTC." in text
+    # five vehicles each for 40 s, and for 36.25 and 48.75 s
+    assert "10.4 veh·min  (100.0 %)  07:01:00–07:02:00  O'Connell" in text

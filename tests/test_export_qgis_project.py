@@ -10,16 +10,20 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import geopandas as gpd
 import pytest
 from packaged_road import description_of, run_of, two_way_road, write
+from shapely.geometry import LineString
 
 from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.export import styles
 from uxsim_geo.export.findings import Findings
 from uxsim_geo.export.geopackage import write_geopackage
 from uxsim_geo.export.qgis_parts import as_label
 from uxsim_geo.export.qml import plain
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.run_layers import layers_of_run
+from uxsim_geo.export.styles import styles_of
 from uxsim_geo.network.network import Network
 
 
@@ -89,6 +93,26 @@ def test_without_states_the_whole_run_is_shown(tmp_path: Path) -> None:
     assert root.find("ProjectTimeSettings") is None
     maps = [item for item in root.iter("LayoutItem") if item.get("followPresetName")]
     assert [item.get("followPresetName") for item in maps] == ["whole run: speed"]
+
+
+def test_of_many_pairs_the_largest_are_drawn_and_the_legend_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ends = gpd.points_from_xy([0, 1, 2], [0, 0, 0])
+    lines = [LineString([ends[0], ends[1]]), LineString([ends[0], ends[2]])]
+    pairs = gpd.GeoDataFrame({"departed_veh": [3.0, 7.0]}, geometry=lines)
+    network = two_way_road("EPSG:25832")
+    description = description_of(network)
+    layers = layers_of_run(run_of(network), description) | {"od_lines": pairs}
+    assert [style.name for style in styles_of(layers, description)["od_lines"]] == ["delay"]
+    monkeypatch.setattr(styles, "MOST_PAIRS", 1)
+    largest, everything = styles_of(layers, description)["od_lines"]
+    assert (largest.name, everything.name) == ("delay", "all pairs")
+    renderers = [style.root.find("renderer-v2") for style in (largest, everything)]
+    values = [renderer.get("attr") for renderer in renderers if renderer is not None]
+    assert values[0] == f'if("departed_veh" < 7, null, {values[1]})'
+    (label,) = [r.get("label") for r in largest.root.iter("range") if float(r.get("lower", 0)) < 0]
+    assert label == "not drawn: pairs under 7 vehicles"
 
 
 def test_a_network_without_geometry_has_no_project(tmp_path: Path) -> None:

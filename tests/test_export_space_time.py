@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgb
 from newell_link import events_of, network_of, result_of, trips_of
 from shapely.geometry import LineString, Point
 
-from uxsim_geo.analysis.link_states import link_times
+from uxsim_geo.analysis.link_states import link_states, link_times
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import SPEED_CLASSES
@@ -129,6 +129,21 @@ def test_of_many_bins_several_are_one_as_if_they_had_been_longer() -> None:
     assert coarser(longer, network) is longer
     scene = space_time_scene(network, short, Look())
     assert np.diff(scene["edges"]).tolist() == [20.0] * 20
+
+
+@pytest.mark.parametrize("bin_s", [60.0, 2.0])
+def test_kept_states_make_the_same_scenes_as_their_table(bin_s: float) -> None:
+    network = two_way_road()
+    events = events_of(network, [(0, 0, 5.0, 95.0), (1, 0, 15.0, np.nan)])
+    trips = trips_of([{"enter_s": 5.0, "arrive_s": 95.0}, {"enter_s": 15.0}])
+    result = result_of(events, trips, Settings(150.0))
+    table = link_times(result, network, bin_s=bin_s)
+    kept = link_states(result, network, bin_s=bin_s)
+    for scene in (space_time_scene, surface_scene):
+        ours, theirs = scene(network, kept, Look("t")), scene(network, table, Look("t"))
+        assert ours.keys() == theirs.keys()
+        for name in ours:
+            np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)
 
 
 def test_a_link_without_length_on_the_map_has_no_wall() -> None:

@@ -14,7 +14,12 @@ from road_tables import UTM, drawn, road, street
 from shapely import LineString
 
 from uxsim_geo.export import import_spots, network_svg
-from uxsim_geo.export.import_page import ImportDescription, import_page, write_import_page
+from uxsim_geo.export.import_page import (
+    ImportDescription,
+    _numbers,
+    import_page,
+    write_import_page,
+)
 from uxsim_geo.export.import_spots import MEANINGS, Spots
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.network_svg import Picture, main_roads, path_of
@@ -93,6 +98,11 @@ def test_the_page_shows_the_doubt_with_road_value_and_place() -> None:
         r"https://www\.openstreetmap\.org/\?mlat=48\.7\d+&mlon=9\.004\d+#map.*", place
     )
     assert "doubtful dead end: none" in text
+
+
+def test_numbers_that_would_hide_each_other_stand_together() -> None:
+    places = [(1, 500, 500), (2, 900, 500), (3, 510, 480), (4, 500, 540), (5, 455, 520)]
+    assert _numbers(places) == [("1, 3, 5", 500, 500), ("2", 900, 500), ("4", 500, 540)]
 
 
 def test_every_text_of_the_source_is_escaped() -> None:

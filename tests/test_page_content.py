@@ -29,6 +29,7 @@ from uxsim_geo.export.page import libraries
 from uxsim_geo.export.page.levels import first_of_merged, levels
 from uxsim_geo.export.page.page import Run, page, write_page
 from uxsim_geo.export.page.quantities import quantities
+from uxsim_geo.export.page.rows import fact_rows
 from uxsim_geo.export.page.zones import zones
 from uxsim_geo.export.run_description import Change, RunDescription
 from uxsim_geo.export.space_time.look import Look
@@ -311,6 +312,12 @@ def test_trips_of_many_nodes_are_put_together_in_squares() -> None:
     by_zone = zones(zoned, places, od)
     assert by_zone.kind == "zones of the network"
     assert set(od_lines_layer(zoned, od)["origin"]) == set(by_zone.names)
+
+
+def test_a_fact_that_is_empty_says_so() -> None:
+    facts = {"classes": "", "total_delay_veh_s": 1234.5, "gridlocked": False}
+    told = {"classes": "none", "total delay veh s": "1,234", "gridlocked": "no"}
+    assert fact_rows(facts) == told
 
 
 def test_without_the_library_the_message_says_what_to_install(

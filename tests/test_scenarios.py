@@ -499,7 +499,6 @@ def test_circles_and_missing_and_excluded_scenarios(study: Study) -> None:
     ("scenarios", "message"),
     [
         ("  base:\n    - close: {links: [1-2]}\n", "is the name of the scenario without edits"),
-        ("  it: []\n", "must be a list of edits"),
         ("  it: {close: {links: [1-2]}}\n", "must be a list of edits"),
         ("  a b:\n    - close: {links: [1-2]}\n", "a scenario's name consists of"),
         ("  - close\n", "must be a section: the name of each scenario"),

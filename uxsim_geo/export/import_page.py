@@ -25,6 +25,9 @@ from uxsim_geo.network.note_words import note_in_words, notes_in_words, percent
 
 TEMPLATE = "import_notes.html.jinja"
 
+MOST_NUMBERS = 40  # of spots on the map
+BESIDE, BELOW = 60, 36  # units of the picture within which one number would hide another
+
 #: so many rows are shown of what has more: short links, bases of speeds, different notes of a topic
 SHORTEST_SHOWN, BASES_SHOWN, NOTES_SHOWN = 15, 15, 4
 
@@ -145,6 +148,16 @@ def _topics(notes: pd.DataFrame) -> list[dict[str, Any]]:
     return rows
 
 
+def _numbers(places: list[tuple[int, int, int]]) -> list[tuple[str, int, int]]:
+    """Numbers of spots and where they stand on the map; those that would hide each other in one."""
+    texts: dict[tuple[int, int], str] = {}
+    for number, x, y in places:
+        near = (at for at in texts if abs(at[0] - x) < BESIDE and abs(at[1] - y) < BELOW)
+        at = next(near, (x, y))
+        texts[at] = f"{texts[at]}, {number}" if at in texts else str(number)
+    return [(text, x, y) for (x, y), text in texts.items()]
+
+
 def _map(network: Network, kinds: list[Kind]) -> dict[str, Any] | None:
     """Paths of the network and places of the spots in its picture; None without geometry."""
     if "geometry" not in network.links or not len(network.links):
@@ -161,6 +174,7 @@ def _map(network: Network, kinds: list[Kind]) -> dict[str, Any] | None:
         for spot, at in zip(kind.spots, kind.points(picture.plane.crs), strict=True)
         if at is not None
     ]
+    places = [(number, x, y) for _, number, _, x, y in markers]
     return {
         "width": picture.width,
         "height": picture.height,
@@ -168,4 +182,5 @@ def _map(network: Network, kinds: list[Kind]) -> dict[str, Any] | None:
         "main": path_of(picture, main),
         "bar": picture.bar(),
         "markers": markers,
+        "numbers": _numbers(places) if len(markers) <= MOST_NUMBERS else [],
     }

@@ -41,6 +41,19 @@ def od_lines_layer(network: Network, od: pd.DataFrame) -> pd.DataFrame:
     return _layer(network, od, ends, ends.points(points))
 
 
+def least_of_largest(layer: pd.DataFrame, most: int) -> float:
+    """Vehicles of the smallest of the largest pairs; 0 if there are no more than ``most``.
+
+    Of equal pairs all or none are among the largest; if all are equal, all are.
+    """
+    lines = layer["geometry"].notna() if "geometry" in layer else np.zeros(len(layer), bool)
+    vehicles = np.sort(layer.loc[lines, "departed_veh"].to_numpy(float))
+    if len(vehicles) <= most:
+        return 0.0
+    larger = vehicles[vehicles > vehicles[-most - 1]]
+    return float(larger[0] if larger.size else vehicles[-1])
+
+
 def _layer(network: Network, od: pd.DataFrame, ends: TripEnds, points: Floats) -> pd.DataFrame:
     crs, groups, names = getattr(network.nodes, "crs", None), ends.pairs(), np.array(ends.names)
     start, end = (points[key] for key in groups.keys)
@@ -59,7 +72,7 @@ def _layer(network: Network, od: pd.DataFrame, ends: TripEnds, points: Floats) -
         }
     )
     sums = {new: groups.total(od[old].to_numpy(float)) for old, new in SUMS.items()}
-    total_delay = sums.pop("delay_veh_s")
+    total_delay = np.maximum(sums.pop("delay_veh_s"), 0.0)  # rounding may leave -1e-12
     layer = layer.assign(
         **sums,
         travel_time_s=groups.mean(od["travel_time_so_far_s"].to_numpy(float), departed),

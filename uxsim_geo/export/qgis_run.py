@@ -33,9 +33,9 @@ THEMES = {
     "whole run: delay": {"links": "delay", "nodes": "control"},
     "whole run: queue": {"links": "queue", "nodes": "control"},
     "whole run: volume": {"links": "volume", "nodes": "control"},
-    "desire lines": {"od_lines": "delay"},
-    "trajectories": {"trajectories": "time lost"},
-    "import notes": {"import_notes": "severity", "links": "speed"},
+    "desire lines": {"od_lines": "delay", "links": "roads"},
+    "trajectories": {"trajectories": "time lost", "links": "roads"},
+    "import notes": {"import_notes": "severity", "links": "roads"},
 }
 
 

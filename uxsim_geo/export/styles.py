@@ -18,6 +18,7 @@ import pandas as pd
 from uxsim_geo.export import qml
 from uxsim_geo.export.colours import NEUTRAL, NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.columns import LAYERS, Layer, titled
+from uxsim_geo.export.od_layer import least_of_largest
 from uxsim_geo.export.qml import ColourClass, Lines
 from uxsim_geo.export.run_description import RunDescription
 
@@ -46,6 +47,9 @@ NOTES = (
     ("warning", "warning", "#f2b84b", 2.6),
     ("info", "info", "#84bcd8", 1.6),
 )
+
+#: desire lines that the eye can tell apart
+MOST_PAIRS = 200
 
 #: lines are named where the map is so large, 1 : this
 NAMES_FROM = 12_000
@@ -110,8 +114,7 @@ def styles_of(
     if "geometry" in layers.get("import_notes", ()):
         found["import_notes"] = [_notes()]
     if "od_lines" in layers:
-        share = share_of_largest("departed_veh", layers["od_lines"]["departed_veh"])
-        found["od_lines"] = [_desire_lines(width_of(share, 4.0), side)]
+        found["od_lines"] = list(_desire_lines(layers["od_lines"], side))
     if "trajectories" in layers:
         found["trajectories"] = [_trajectories()]
     return {name: found[name] for name in LAYERS if name in found}
@@ -129,6 +132,8 @@ def _of_links(width: str, side: qml.Side) -> Iterator[NamedStyle]:
         ("volume", "mean flow / capacity", Lines(used, CAPACITY, width, '"volume_veh"', side)),
     ):
         yield NamedStyle(name, f"colour: {what}; width: volume", _road_style("links", lines))
+    ground = Lines("0", (ColourClass(-0.5, 0.5, NEUTRAL, "road"),), "0.2", "0", "none")
+    yield NamedStyle("roads", "all alike, below other layers", _road_style("links", ground))
 
 
 def _of_states(width: str, side: qml.Side) -> Iterator[NamedStyle]:
@@ -161,11 +166,27 @@ def _road_style(layer: str, lines: Lines) -> Element:
     return root
 
 
-def _desire_lines(width: str, side: qml.Side) -> NamedStyle:
+def _desire_lines(layer: pd.DataFrame, side: qml.Side) -> Iterator[NamedStyle]:
+    """The largest pairs, and all if those are more than the eye can tell apart."""
+    width = width_of(share_of_largest("departed_veh", layer["departed_veh"]), 4.0)
+    late, what = 'coalesce("delay_s" / 60, -1)', "colour: mean delay of a pair; width: vehicles"
+    lines = Lines(late, LATE, width, '"departed_veh"', side, 0.75)
+    least = least_of_largest(layer, MOST_PAIRS)
+    if not least:
+        yield NamedStyle("delay", what, _pairs_style(lines))
+        return
+    left_out = NO_VALUE._replace(label=f"not drawn: pairs under {least:,.6g} vehicles")
+    largest = lines._replace(
+        value=f'if("departed_veh" < {least:.6g}, null, {late})', classes=(*LATE[:-1], left_out)
+    )
+    yield NamedStyle("delay", f"the largest pairs; {what}", _pairs_style(largest))
+    yield NamedStyle("all pairs", what, _pairs_style(lines))
+
+
+def _pairs_style(lines: Lines) -> Element:
     root = with_titles(LAYERS["od_lines"])
-    late = 'coalesce("delay_s" / 60, -1)'
-    qml.add_lines(root, Lines(late, LATE, width, '"departed_veh"', side, 0.75))
-    return NamedStyle("delay", "colour: mean delay of a pair; width: vehicles", root)
+    qml.add_lines(root, lines)
+    return root
 
 
 def _trajectories() -> NamedStyle:

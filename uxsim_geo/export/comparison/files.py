@@ -33,7 +33,10 @@ PICTURES = "comparison"
 #: changes that have a map each, by the first part of their files' names
 MAPPED = {"delay": "delay_veh_h", "volume": "volume_veh", "speed": "speed_kmh"}
 
-#: changes that are drawn in space and time
+#: how the names of pictures in space and time begin
+IN_SPACE_AND_TIME = "space_time"
+
+#: changes that are drawn in them
 IN_SPACE_TIME: dict[str, Changing] = {"delay": "delay_veh_h", "speed": "speed_kmh"}
 
 
@@ -62,8 +65,13 @@ def study_writers(study: Study, *, ending: str = "png") -> dict[str, Writer]:
             writers[f"{PICTURES}/{name}_{short}.{ending}"] = _saved(figure, owner)
         for name, changing in IN_SPACE_TIME.items() if maps else ():
             still = partial(_write_still, study=study, entry=entry, changing=changing)
-            writers[f"{PICTURES}/space_time_{name}_{short}.png"] = still
+            writers[f"{PICTURES}/{IN_SPACE_AND_TIME}_{name}_{short}.png"] = still
     return writers
+
+
+def is_drawn_apart(name: str) -> bool:
+    """Tell whether another process draws a file, so that several can be made at a time."""
+    return name.startswith(f"{PICTURES}/{IN_SPACE_AND_TIME}")
 
 
 def _mapped(maps: list[Shown]) -> list[tuple[str, Shown]]:

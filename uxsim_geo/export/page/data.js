@@ -136,10 +136,10 @@ class Run {
   }
 }
 
-/** A number with so many digits after the point at most, thousands apart; a dash for none. */
-function told(value, digits = 0) {
+/** A number with so many digits after the point at most, and at least, thousands apart; a dash for none. */
+function told(value, digits = 0, least = 0) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
-  return value.toLocaleString("en-GB", { maximumFractionDigits: digits });
+  return value.toLocaleString("en-GB", { maximumFractionDigits: digits, minimumFractionDigits: least });
 }
 
 /** An element with text or children; text never becomes HTML. */

@@ -91,4 +91,4 @@ def _as_text(value: object) -> str:
         return "0"
     if isinstance(value, float):
         return f"{value:,.0f}" if abs(value) >= LARGE or value.is_integer() else f"{value:.4g}"
-    return str(value)
+    return str(value) or "none"

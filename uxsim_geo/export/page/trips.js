@@ -83,7 +83,7 @@ class Trips {
       const bar = element("span", { class: "bar", style: `width: ${(100 * pair.vehicles) / pairs[0].vehicles}%` });
       body.append(element("tr", {}, element("th", { scope: "row" }, this.zones.names[pair.zone]),
         element("td", { class: "number" }, told(pair.vehicles)), element("td", { style: "width: 40%" }, bar),
-        element("td", { class: "number" }, pair.delay < 0.05 ? "none" : told(pair.delay, 1))));
+        element("td", { class: "number" }, pair.delay < 0.05 ? "none" : told(pair.delay, 1, 1))));
     }
     const rest = pairs.length > MOST_ROWS ? `, the ${MOST_ROWS} largest of ${told(pairs.length)} pairs` : "";
     const words = `${told(total)} vehicles ${this.direction.value} ${this.zones.names[zone]}${rest}`;

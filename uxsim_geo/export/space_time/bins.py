@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.edie import ratio
-from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.state_grid import StateGrid, States
 from uxsim_geo.network.network import Network
 
 MOST_BINS = 36  # of shorter ones traffic lights make stripes that hide the queues
 
 
-def coarser(states: pd.DataFrame, network: Network) -> pd.DataFrame:
+def coarser(states: States, network: Network) -> States:
     """States in bins of which each joins as many as make at most 36; the same if they are so few.
 
     Sums are those of the bins together, density is their mean by time, speed their distance over

@@ -21,8 +21,9 @@ DIRECTIONS: dict[str, tuple[float, float]] = {
     "above": (-90.0, 65.0),
 }
 
-#: the part of the window for the scene, between texts: left, right, bottom, top (0 to 1)
-ROOM = (0.03, 0.97, 0.17, 0.95)
+#: the part of the window for the scene, between texts: left, right, bottom, top (0 to 1); below
+#: it there is room for half a label of the axes
+ROOM = (0.03, 0.97, 0.20, 0.95)
 
 
 class View(NamedTuple):

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
-from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.state_grid import StateGrid, States
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.map_plane import MapPlane
 from uxsim_geo.export.space_time.look import Look
@@ -55,7 +54,7 @@ class Choice:
     box: tuple[float, float, float, float]
 
     @classmethod
-    def of(cls, network: Network, states: pd.DataFrame, plane: MapPlane, look: Look) -> Choice:
+    def of(cls, network: Network, states: States, plane: MapPlane, look: Look) -> Choice:
         """Choose links by the time lost in their slow states."""
         grid = StateGrid.of_all(states, network)
         free, jam, lanes = (

@@ -139,7 +139,7 @@ def _add_scale(
     head = foot + 0.1 * NORTH
     segments.append((foot, head))
     segments.extend((head, head - 0.03 * NORTH + x * EAST) for x in (-0.012, 0.012))
-    labels.append((head + 0.03 * NORTH + 0.02 * UP, "N"))
+    labels.append((head + 0.045 * NORTH, "N"))
 
 
 def _directions(here: Floats, there: Floats) -> tuple[Floats, Floats]:

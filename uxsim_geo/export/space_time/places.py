@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.state_grid import StateGrid, States
 from uxsim_geo.analysis.types import Floats
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.lost_time import LostTime, Street, states_of
@@ -23,7 +22,7 @@ LONGEST = 40  # letters of a street's name
 NEAR = 0.08  # poles nearer to each other than this stand beside each other
 
 
-def place_parts(network: Network, states: pd.DataFrame, frame: Frame, look: Look) -> dict[str, Any]:
+def place_parts(network: Network, states: States, frame: Frame, look: Look) -> dict[str, Any]:
     """Parts of a scene: ``notes``, a line a street, and ``marks``, their numbers on poles.
 
     ``states`` of all links in all bins of the report, so that figures are those of all results.

@@ -32,8 +32,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
+from uxsim_geo.analysis.state_grid import States
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.lost_time import in_words
@@ -62,13 +62,13 @@ WAY = (70.0, 70.0, 90.0)  # colour of trajectories
 
 
 def space_time_scene(
-    network: Network, states: pd.DataFrame, look: Look, ways: list[Floats] | None = None
+    network: Network, states: States, look: Look, ways: list[Floats] | None = None
 ) -> dict[str, Any]:
     """Make the scene of states of links.
 
-    ``states`` as :func:`uxsim_geo.analysis.link_states.link_times` gives them, ``ways`` of vehicles
-    as points (n, 3): x, y in units of the projected map, and time, s. Raises ValueError if the
-    network has no geometry.
+    ``states`` as :mod:`uxsim_geo.analysis.link_states` gives them, as a table or kept, which takes
+    less memory; ``ways`` of vehicles as points (n, 3): x, y in units of the projected map, and
+    time, s. Raises ValueError if the network has no geometry.
     """
     plane = MapPlane.of(network)
     choice = Choice.of(network, coarser(states, network), plane, look)

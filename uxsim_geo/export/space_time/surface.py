@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from uxsim_geo.analysis.state_grid import StateGrid
+from uxsim_geo.analysis.state_grid import StateGrid, States
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.export.lost_time import in_words
 from uxsim_geo.export.map_plane import MapPlane
@@ -25,7 +24,7 @@ SMOOTH = 2.0  # standard deviation over which lost time is spread, in cells
 CLASSES = ("#f3f1ec", *DENSITIES)
 
 
-def surface_scene(network: Network, states: pd.DataFrame, look: Look) -> dict[str, Any]:
+def surface_scene(network: Network, states: States, look: Look) -> dict[str, Any]:
     """Make a scene, as :mod:`uxsim_geo.export.space_time.scene` describes it, of lost time.
 
     The height is the time lost on links over the whole run, veh·h per km², spread along the line of
