@@ -5,18 +5,22 @@ from __future__ import annotations
 import inspect
 import json
 import typing
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
 
-from pydantic import AwareDatetime, BaseModel
+from pydantic import AwareDatetime, BaseModel, Field, create_model
 from pydantic.fields import FieldInfo
 
 from pipeline.config import Config
-from pipeline.config_file import sections_in
+from pipeline.config_file import iterate_keys, sections_in
 from pipeline.config_keys import ChosenLinks, Period
 from pipeline.demand_config import PlacesSection, ZonesSection
 from pipeline.edits_config_demand import ChosenTrips
 from pipeline.edits_config_network import LinkAttributes
+from pipeline.edits_config_study import StudyEdit
+from pipeline.study_config import StudyConfig
 from uxsim_geo.export.columns import LAYERS, Layer
 from uxsim_geo.export.comparison.columns import OF_ALL, OF_SCENARIO
 
@@ -30,6 +34,16 @@ is made from the models in `pipeline/config.py` and `pipeline/*_config*.py` by
 example of each, stands in [control.md](control.md).
 """
 
+STUDY_HEAD = """# Keys of a study
+
+One YAML file a study. Unknown keys are errors, and paths are relative to the file. What edits do,
+with examples, stands in [Scenarios](studies_edits.md), how runs are done in
+[Running studies](studies_running.md); sections that a configuration has too are told in
+[Configuration](config.md). This page is made from the models in `pipeline/study_config.py` and
+`pipeline/edits_config_study.py` by `docs/generate.py`; a JSON schema for editors,
+`study.schema.json`, lies beside it.
+"""
+
 #: keys that many sections share, said once under these headings at the end
 SHARED: dict[type[BaseModel], str] = {
     ChosenLinks: "Chosen links",
@@ -40,9 +54,24 @@ SHARED: dict[type[BaseModel], str] = {
     ChosenTrips: "Chosen trips",
 }
 
+#: of a study, whose edits are read one by one so that each fault is told with its scenario
+STUDY = create_model(
+    "Study",
+    __base__=StudyConfig,
+    __doc__=StudyConfig.__doc__,
+    name=(str | None, Field(None, description=StudyConfig.model_fields["name"].description)),
+    scenarios=(
+        dict[str, tuple[StudyEdit, ...]],
+        Field({}, description=StudyConfig.model_fields["scenarios"].description),
+    ),
+)
+
 #: what stands between these lines of pages about layers is made here
 BEGIN = "<!-- made by docs/generate.py from uxsim_geo/export/columns.py -->"
 END = "<!-- end of what docs/generate.py makes -->"
+
+#: no section is told on another page
+NOWHERE: Mapping[type[BaseModel], str] = MappingProxyType({})
 
 TYPE_NAMES: dict[object, str] = {
     str: "text",
@@ -64,6 +93,20 @@ def configuration_page() -> str:
 def configuration_schema() -> str:
     """Return the JSON schema of a configuration."""
     return json.dumps(Config.model_json_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def study_page() -> str:
+    """Return the page of all keys of a study, except those that a configuration has too."""
+    known: dict[type[BaseModel], str] = {}
+    for dotted, key in iterate_keys():
+        for section in sections_in(key.annotation):
+            known.setdefault(section, dotted)
+    return STUDY_HEAD + _section(STUDY, "", known) + "\n"
+
+
+def study_schema() -> str:
+    """Return the JSON schema of a study."""
+    return json.dumps(STUDY.model_json_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
 #: layers that pages tell, by the names of the pages
@@ -100,35 +143,52 @@ def _layer(name: str, layer: Layer) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _section(model: type[BaseModel], above: str) -> str:
+def _section(
+    model: type[BaseModel], above: str, elsewhere: Mapping[type[BaseModel], str] = NOWHERE
+) -> str:
+    """Return the table of a section's keys and the sections in it.
+
+    ``elsewhere``: sections that the page of the configuration has, and their titles there.
+    """
     lines = ["| key | type | default | meaning |", "|---|---|---|---|"]
     below = []
     shared = [base for base in SHARED if issubclass(model, base) and model is not base]
     for base in shared:
         keys = ", ".join(f"`{name}`" for name in base.model_fields)
-        lines.append(f"| {keys} | | | {_reference(base)} |")
+        lines.append(f"| {keys} | | | {_reference(base, elsewhere)} |")
     for field, key in model.model_fields.items():
         if any(field in base.model_fields for base in shared):
             continue
         name = key.alias or field
         meaning = (key.description or "").replace("|", "\\|")
+        meaning += _see(key, elsewhere)
         lines.append(f"| `{name}` | {_type_name(key.annotation)} | {_default(key)} | {meaning} |")
         below += [
-            _titled(section, f"{above}{name}", f"{above}{name}.")
+            _titled(section, f"{above}{name}", f"{above}{name}.", elsewhere)
             for section in sections_in(key.annotation)
-            if section not in SHARED
+            if section not in SHARED and section not in elsewhere
         ]
     return "\n" + "\n".join(lines + below)
 
 
-def _titled(model: type[BaseModel], title: str, above: str = "") -> str:
+def _titled(
+    model: type[BaseModel],
+    title: str,
+    above: str = "",
+    elsewhere: Mapping[type[BaseModel], str] = NOWHERE,
+) -> str:
     text = inspect.cleandoc(model.__doc__ or "").replace("``", "`")
-    return f"\n## {title}\n\n{text}\n{_section(model, above)}"
+    return f"\n## {title}\n\n{text}\n{_section(model, above, elsewhere)}"
 
 
-def _reference(model: type[BaseModel]) -> str:
-    title = SHARED[model]
-    return f"see [{title}](#{title.lower().replace(' ', '-')})"
+def _see(key: FieldInfo, elsewhere: Mapping[type[BaseModel], str]) -> str:
+    titles = [elsewhere[part] for part in sections_in(key.annotation) if part in elsewhere]
+    return f"; see [{titles[0]}](config.md#{titles[0].replace('.', '')})" if titles else ""
+
+
+def _reference(model: type[BaseModel], elsewhere: Mapping[type[BaseModel], str] = NOWHERE) -> str:
+    title, page = SHARED[model], "config.md" if elsewhere else ""
+    return f"see [{title}]({page}#{title.lower().replace(' ', '-')})"
 
 
 def _type_name(annotation: object) -> str:
@@ -173,6 +233,8 @@ if __name__ == "__main__":
     folder = Path(__file__).parent
     (folder / "config.md").write_text(configuration_page(), encoding="utf-8")
     (folder / "config.schema.json").write_text(configuration_schema(), encoding="utf-8")
+    (folder / "study_keys.md").write_text(study_page(), encoding="utf-8")
+    (folder / "study.schema.json").write_text(study_schema(), encoding="utf-8")
     for name, layers in PAGES.items():
         text = (folder / name).read_text(encoding="utf-8")
         (folder / name).write_text(results_page(text, layers), encoding="utf-8")

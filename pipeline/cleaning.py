@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pipeline.runs import MANIFEST, RunFolder
 from pipeline.store import UNFINISHED, Store
-from pipeline.study_folder import STORE, StudyFolder
+from pipeline.study_folder import SOURCES, STORE, StudyFolder
 from uxsim_geo.errors import Fault, InputError
 
 #: what nobody has touched for so long is nobody's any more, s
@@ -70,12 +70,16 @@ def _old_runs(results: Path) -> Iterator[LeftOver]:
         for folder in sorted(path.parent.glob("runs/*/seed_*")):
             if folder.relative_to(path.parent).as_posix() not in known:
                 yield LeftOver(folder, _size(folder), "the study no longer has this run")
+        for folder in sorted((path.parent / SOURCES).glob("*")):
+            if folder.name not in manifest.study.get("sources", ()):
+                yield LeftOver(folder, _size(folder), "the study no longer reads these sources")
 
 
 def _unused_entries(results: Path, gone: set[Path]) -> Iterator[LeftOver]:
     """Entries of the store that no run of a study came from or went to."""
     used: set[str] = set()
-    for path in results.glob(f"*/runs/*/*/{MANIFEST}"):
+    of_runs = results.glob(f"*/runs/*/*/{MANIFEST}")
+    for path in (*of_runs, *results.glob(f"*/{SOURCES}/*/{MANIFEST}")):
         if path.parent not in gone:
             stages = RunFolder(path.parent).read_manifest().stages.values()
             used |= {record.key for record in stages}

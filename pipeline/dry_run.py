@@ -90,6 +90,8 @@ def _changes(
     changes: pd.DataFrame, scenario: Scenario, base: Scenario, read: Tables
 ) -> Iterator[Change]:
     """Yield what each edit makes of each attribute."""
+    import pandas as pd
+
     known = _lengths(scenario, base, read)
     keys = ["line", "edit", "element", "attribute"]
     grouped = changes.groupby(keys, sort=False, dropna=False)
@@ -97,7 +99,7 @@ def _changes(
     numbers = grouped.ngroup()
     for number, (line, edit, element, attribute) in enumerate(order):
         own = changes[numbers == number]
-        at = f"line {line}" if line == line and line is not None else "base"
+        at = f"line {line}" if pd.notna(line) else "base"
         ids = own["id"].drop_duplicates().tolist()
         much = _how_much(ids, element, known)
         yield Change(at, edit, element, ids, much, attribute, *_before_and_after(own, attribute))

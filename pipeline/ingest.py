@@ -41,19 +41,25 @@ DEMAND_CHANGES = "demand_changes.parquet"
 
 
 def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:  # noqa: ARG001
-    named = named_files(config.ingest) | named_files(config.edits, "edits")
+    return source_files(config.ingest) | named_files(config.edits, "edits")
+
+
+def source_files(section: IngestSection) -> dict[str, Path]:
+    """Return the files that hold network and demand, downloads among them, by name."""
     # other runs keep their downloads in the same cache: of it, this run's alone is an input
-    files = {name: path for name, path in named.items() if not name.startswith(CACHE)}
-    return files | downloaded_files(config.ingest.osm) | dataset_inputs(config.ingest)
+    named = named_files(section).items()
+    files = {name: path for name, path in named if not name.startswith(CACHE)}
+    return files | downloaded_files(section.osm) | dataset_inputs(section)
 
 
-def _prepare(config: Config, watch: Watch) -> None:
+def fetch(config: Config, watch: Watch) -> None:
+    """Download what is not there yet."""
     if config.ingest.osm is not None:
         fetch_roads(config.ingest.osm, watch.say)
     fetch_dataset(config.ingest, watch.say)
 
 
-def _downloads(config: Config) -> tuple[str, ...]:
+def downloads(config: Config) -> tuple[str, ...]:
     """How names of inputs begin that are downloaded once; those of refresh: true are wanted."""
     osm = config.ingest.osm
     return () if osm is not None and osm.refresh else (DOWNLOAD, DATASET)
@@ -84,7 +90,7 @@ def _edit_and_write(task: Task, as_read: Network, demand: Demand) -> Outcome:
     paths.append(write_page(task.config, network, demand, task.folder / PAGE))
     names = [path.relative_to(task.folder.path).as_posix() for path in paths]
     told = pd.concat([network.notes, demand.notes])
-    return Outcome(names, _words(network, demand), warnings=warnings_in(told))
+    return Outcome(names, in_words(network, demand), warnings=warnings_in(told))
 
 
 def stage(read: Reader | None = None) -> Stage:
@@ -101,8 +107,8 @@ def stage(read: Reader | None = None) -> Stage:
         ("name", "ingest", "edits"),  # the page of the import is headed by the run's name
         _inputs,
         run,
-        _prepare,
-        _downloads,
+        fetch,
+        downloads,
         may_leave=(SIGNALS, DEMAND_CHANGES),
         storable=True,
     )
@@ -256,7 +262,8 @@ def _other_demand(section: IngestSection, network: Network) -> list[Demand]:
     return read_demand_entries(section.demand, network)
 
 
-def _words(network: Network, demand: Demand) -> str:
+def in_words(network: Network, demand: Demand) -> str:
+    """Say how much was read."""
     from uxsim_geo.demand.driven import driven
 
     demand = driven(demand)

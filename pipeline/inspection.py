@@ -8,11 +8,14 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.columns import align
 from pipeline.comparison_files import FOLDER, SENTENCES
 from pipeline.import_notes import summary_rows
 from pipeline.ingest import DEMAND_NOTES, NETWORK
 from pipeline.results import read_summary, result_rows, size_in_words
 from pipeline.runs import MANIFEST, RunFolder
+from pipeline.study_folder import is_study
+from pipeline.study_inspection import describe_study
 from pipeline.warned import warnings_in
 from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.network.note_words import notes_in_words
@@ -39,7 +42,7 @@ def inspect_path(path: Path) -> str:
             return describe(path)
     what = (
         "is nothing that can be shown: name a run's folder, a folder with links.parquet, "
-        "a comparison, a .gpkg or a .parquet file"
+        "a study, a comparison, a .gpkg or a .parquet file"
         if path.exists()
         else "no such file or folder"
     )
@@ -161,6 +164,7 @@ def describe_notes(path: Path) -> str:
 
 #: what a path must be, and the function that describes it; the first that fits is taken
 DESCRIPTIONS: Sequence[tuple[Callable[[Path], bool], Callable[[Path], str]]] = (
+    (is_study, describe_study),
     (lambda path: (path / MANIFEST).is_file(), describe_run),
     (lambda path: (path / "links.parquet").is_file(), describe_network),
     (lambda path: (path / FOLDER / SENTENCES).is_file(), describe_comparison),
@@ -168,20 +172,6 @@ DESCRIPTIONS: Sequence[tuple[Callable[[Path], bool], Callable[[Path], str]]] = (
     (lambda path: path.is_file() and path.name in (NOTES, DEMAND_NOTES), describe_notes),
     (lambda path: path.is_file() and path.suffix == ".parquet", describe_table),
 )
-
-
-def align(rows: Sequence[Sequence[str]], *, right: Iterable[int] = ()) -> str:
-    """Set rows in columns, those named in ``right`` flush right."""
-    if not rows:
-        return ""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(
-            cell.rjust(width) if place in right else cell.ljust(width)
-            for place, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    )
 
 
 def _range(values: pd.Series[Any]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from pipeline.inspection import align
+from pipeline.columns import align
 from pipeline.results import size_in_words
 from pipeline.tntp_sources import fetch_network, tntp_shelf
 

@@ -9,10 +9,12 @@ from pathlib import Path
 
 from pipeline.config_file import config_of
 from pipeline.config_keys import Reading
+from pipeline.execution import Run
+from pipeline.program import code_digest, other_versions
 from pipeline.progress import Watch
 from pipeline.report import SUMMARY
 from pipeline.runs import MANIFEST, Manifest, RunFolder
-from pipeline.stages import Run, Stage, code_digest, other_versions
+from pipeline.stages import Stage
 from pipeline.verification import changed_inputs
 from pipeline.yaml_source import YamlSource
 from uxsim_geo.errors import Fault, InputError
@@ -46,12 +48,15 @@ class Repetition:
 
 @dataclass(frozen=True)
 class Repeat:
-    """What to repeat, how, and where the results go; ``out`` None: beside the first run."""
+    """What to repeat, how, and where the results go; ``out`` None: beside the first run.
+
+    Of a run, by ``stages``: all there are.
+    """
 
     manifest: Path
     out: Path | None
     watch: Watch
-    stages: tuple[Stage, ...]
+    stages: tuple[Stage, ...] = ()
 
     def target(self, name: str) -> RunFolder:
         """Return the folder of the repetition; that of the first run is refused."""
@@ -79,7 +84,7 @@ def repeat_run(order: Repeat) -> Repetition:
     run = Run(config, folder, order.watch, command, order.stages)
     last = [stage.name for stage in order.stages if stage.name in manifest.stages][-1]
     problems = run.execute(last, force=True)
-    same, different = _compared(first, manifest, folder)
+    same, different = compared_files(first, manifest, folder)
     remarks = [*changed_inputs(first, manifest), *_changed_programs(manifest)]
     return Repetition(folder, same, [*problems, *different], remarks)
 
@@ -92,7 +97,7 @@ def _manifest_of(path: Path) -> Manifest:
     return manifest
 
 
-def _compared(
+def compared_files(
     first: RunFolder, manifest: Manifest, folder: RunFolder
 ) -> tuple[list[str], list[str]]:
     """Return the names of equal files, and a line for every other one."""

@@ -5,22 +5,36 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
-from pipeline.config_file import config_of
+from pipeline.config import Config
+from pipeline.config_file import config_of, write_config
 from pipeline.dry_run import dry_run_text, write_changes
+from pipeline.execution import Run
+from pipeline.program import code_digest, versions
 from pipeline.progress import Watch
+from pipeline.ro_crate import METADATA
 from pipeline.runs import FileRecord, RunFolder, record_file
 from pipeline.simulate import STAGE as SIMULATE
-from pipeline.stages import Run, code_digest, machine, versions
+from pipeline.sources import Sources
 from pipeline.study_comparison import Compared
 from pipeline.study_config import StudyFile, UntilSection, read_study
+from pipeline.study_crate import write_study_crate
 from pipeline.study_dask import Dask
-from pipeline.study_folder import FIGURES, STUDY, StudyFolder, StudyManifest, run_entry
+from pipeline.study_earlier import Concluded, forget, set_aside, take_back
+from pipeline.study_folder import (
+    BASE_CONFIG,
+    FIGURES,
+    STUDY,
+    StudyFolder,
+    StudyManifest,
+    run_entry,
+)
 from pipeline.study_jobs import NAMES, Job, Report
+from pipeline.study_manifest import facts, study_from
 from pipeline.study_processes import Group, Here, Processes, cores
 from pipeline.study_scenarios import Preparation, Prepared, absolute_values, with_seed
 from pipeline.study_seeds import Seeds, widths
@@ -34,13 +48,24 @@ CHANGES = "changes.gpkg"
 
 @dataclass(frozen=True)
 class Order:
-    """A study that is to be done; ``scheduler`` and ``workers`` in place of what its file says."""
+    """A study that is to be done.
+
+    path
+        of its file, or of the manifest of one that is to be repeated
+    scheduler, workers, seeds, edits
+        in place of what the file says; edits are ``key.sub=value``
+    force
+        whether what is done is done again
+    """
 
     path: Path
     out: Path
     command: Sequence[str]
     scheduler: str | None = None
     workers: int | None = None
+    seeds: int | None = None
+    edits: Sequence[str] = ()
+    force: bool = False
 
 
 class Runner(Protocol):
@@ -54,21 +79,22 @@ class Runner(Protocol):
 class Study:
     """A study under way.
 
+    base
+        its base, with what the study sets
     files
-        the study and its base as they were at the beginning
-    text
-        what the study's file said then
+        the files of the study and its base as they were at the beginning
     reports
         of the runs done, by scenario and seed
     """
 
     file: StudyFile
+    base: Config
     folder: StudyFolder
     command: Sequence[str]
     watch: Watch
     seeds: Seeds
     files: Mapping[str, FileRecord]
-    text: bytes
+    force: bool = False
     reports: dict[tuple[str, int], Report] = field(default_factory=dict)
 
     @property
@@ -92,14 +118,13 @@ def run_study(order: Order, watch: Watch) -> list[str]:
             try:
                 _run_all(study, runner, prepared)
             except BaseException:
-                _write(study, prepared, started, (), finished=False)
+                _write(study, prepared, started, Concluded(), finished=False)
                 raise
-        compared, problems = _compare(study, prepared)
-        swept = _sweep(study, prepared)
-        _write(study, prepared, started, [*compared, *swept], finished=True)
+        compared = replace(_compare(study, prepared), swept=_sweep(study, prepared))
+        _write(study, prepared, started, compared, finished=True)
         count = f"{len(study.reports):,} runs in {time.perf_counter() - clock:.1f} s"
         _tell(study, f"study: {count}, figures in {study.folder.path / FIGURES}")
-    return [*_problems(in_order(study, prepared)), *problems]
+    return [*_problems(in_order(study, prepared)), *compared.problems]
 
 
 def _problems(reports: Sequence[Report]) -> list[str]:
@@ -131,7 +156,7 @@ def in_order(study: Study, prepared: Mapping[str, Prepared]) -> list[Report]:
 
 
 def _begin(order: Order, watch: Watch) -> Study:
-    file = read_study(order.path)
+    file = _read(order)
     base = config_of(file.base_copy())
     seeds = Seeds(file.config.seeds, base.simulate.seed)
     if seeds.until is not None and seeds.until.figure not in NAMES:
@@ -141,8 +166,13 @@ def _begin(order: Order, watch: Watch) -> Study:
     folder = StudyFolder((order.out / file.config.name).resolve())
     RunFolder(folder.path).create()
     files = {"file": record_file(file.path.resolve()), "base": record_file(file.config.base)}
-    text = file.path.read_bytes()
-    return Study(file, folder, order.command, watch, seeds, files, text)
+    return Study(file, base, folder, order.command, watch, seeds, files, order.force)
+
+
+def _read(order: Order) -> StudyFile:
+    if order.path.suffix == ".json":
+        return study_from(order.path)
+    return read_study(order.path, order.edits, order.seeds)
 
 
 def _runner(order: Order, file: StudyFile) -> AbstractContextManager[Runner]:
@@ -156,7 +186,8 @@ def _runner(order: Order, file: StudyFile) -> AbstractContextManager[Runner]:
 
 
 def _preparation(study: Study) -> Preparation:
-    return Preparation(study.file, study.folder, study.command, study.watch, study.first_seed)
+    sources = Sources(study.base, study.folder, study.command, study.watch, study.force)
+    return Preparation(study.file, study.folder, sources, study.first_seed)
 
 
 def _prepare(study: Study) -> dict[str, Prepared]:
@@ -169,8 +200,8 @@ def _prepare(study: Study) -> dict[str, Prepared]:
 def _clear(study: Study) -> None:
     """Take away what an earlier call has concluded: until the end nothing vouches for it."""
     folder = study.folder
-    for name in folder.read_manifest().outputs:
-        (folder.path / name).unlink(missing_ok=True)
+    set_aside(folder)
+    (folder.path / METADATA).unlink(missing_ok=True)
     folder.write_manifest(StudyManifest({"name": study.file.config.name, "finished": False}))
 
 
@@ -206,7 +237,9 @@ def _groups(
                 ingested=scenario.ingested,
                 command=tuple(study.command),
                 code=code_digest(),
+                versions=versions(),
                 report=_gets_report(study, seed),
+                force=study.force,
             )
             groups.setdefault(run.key_of(SIMULATE), []).append(job)
     return list(groups.values())
@@ -224,20 +257,23 @@ def _tell_of_run(study: Study, report: Report, total: int) -> None:
     study.watch.counted(done, total)
 
 
-def _compare(study: Study, prepared: Mapping[str, Prepared]) -> tuple[Sequence[str], Sequence[str]]:
-    """Write the comparison that the study asks for; the files' names, and what went wrong."""
+def _compare(study: Study, prepared: Mapping[str, Prepared]) -> Concluded:
+    """Write the comparison that the study asks for, unless there is one of just these runs."""
     which = study.file.config.comparison
-    if which == "none":
-        return (), ()
     sweep = study.file.config.sweep
     points = {} if sweep is None else sweep.points()
     scenarios = {name: one for name, one in prepared.items() if name not in points}
-    if len(scenarios) == 1:
-        return (), ()
-    study.watch.say("comparison of scenarios with the base")
-    reports = [one for one in in_order(study, prepared) if one.scenario in scenarios]
-    compared = Compared(study.file.config.name, study.folder, scenarios, reports)
-    return compared.write(which, study.folder.log)
+    found = Concluded()
+    if which != "none" and len(scenarios) > 1:
+        reports = [one for one in in_order(study, prepared) if one.scenario in scenarios]
+        compared = Compared(study.file.config.name, study.folder, scenarios, reports)
+        key = compared.key(which)
+        earlier = None if study.force else take_back(study.folder, key)
+        state = "up to date" if earlier else "of scenarios with the base"
+        study.watch.say(f"comparison: {state}")
+        found = earlier or Concluded(*compared.write(which, study.folder.log), key)
+    forget(study.folder)
+    return found
 
 
 def _sweep(study: Study, prepared: Mapping[str, Prepared]) -> Sequence[str]:
@@ -267,7 +303,7 @@ def _write(
     study: Study,
     prepared: Mapping[str, Prepared],
     started: datetime,
-    compared: Sequence[str],
+    compared: Concluded,
     *,
     finished: bool,
 ) -> None:
@@ -275,7 +311,8 @@ def _write(
     folder, reports = study.folder, in_order(study, prepared)
     folder.write_figures(reports)
     with replace_when_complete(folder.path / STUDY) as path:
-        path.write_bytes(study.text)
+        path.write_bytes(study.file.text.encode())
+    write_config(study.base, folder.path / BASE_CONFIG)
     known = {(report.scenario, report.seed) for report in reports}
     waiting = [
         Report(name, seed, "failed", "", ["was not run"])
@@ -284,27 +321,17 @@ def _write(
         if (name, seed) not in known
     ]
     runs = [run_entry(report) for report in (*reports, *waiting)]
-    about = _about(study, list(prepared), started, finished=finished)
-    folder.write_manifest(StudyManifest(about, runs, folder.record(FIGURES, STUDY, *compared)))
-
-
-def _about(
-    study: Study, scenarios: Sequence[str], started: datetime, *, finished: bool
-) -> dict[str, Any]:
-    file = study.file
-    return {
-        "name": file.config.name,
-        "command": list(study.command),
-        **{name: vars(record) for name, record in study.files.items()},
-        "scenarios": list(scenarios),
-        "seeds": study.seeds.done,
-        "versions": versions(),
-        "code": code_digest(),
-        "machine": machine(),
+    about = {
+        **facts(study, prepared),
+        "comparison": compared.entry(),
         "started": started.isoformat(timespec="seconds"),
         "ended": datetime.now(UTC).isoformat(timespec="seconds"),
         "finished": finished,
     }
+    outputs = folder.record(FIGURES, STUDY, BASE_CONFIG, *compared.files, *compared.swept)
+    manifest = StudyManifest(about, runs, outputs)
+    folder.write_manifest(manifest)
+    write_study_crate(folder, manifest)
 
 
 def _tell(study: Study, text: str) -> None:

@@ -6,12 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from pipeline import ingest
+from pipeline import ingest, measure, simulate
 from pipeline.compare import compare_pairs
 from pipeline.comparison_files import FOLDER, write_tables, write_views
 from pipeline.config_differences import Told, differing_links
+from pipeline.config_file import plain_values
 from pipeline.finished import read_run
+from pipeline.program import code_digest, versions
+from pipeline.runs import FileRecord
 from pipeline.scenarios import BASE
+from pipeline.store import key_of
 from pipeline.study_folder import StudyFolder
 from pipeline.study_jobs import Report
 from pipeline.study_scenarios import Prepared
@@ -56,6 +60,39 @@ class Compared:
         if which == "full":
             problems = write_views(self._study(compared, networks), self.folder.path, log)
         return self._written(), problems
+
+    def key(self, which: str) -> str:
+        """Return what the comparison follows from, as a key of a store."""
+        settings = {
+            "name": self.name,
+            "which": which,
+            "scenarios": {
+                name: [plain_values(one.config, self.folder.path), one.edits]
+                for name, one in self.prepared.items()
+            },
+            "failed": [
+                [one.scenario, one.seed, list(one.problems)]
+                for one in self.reports
+                if one.status == "failed"
+            ],
+            "code": code_digest(),
+            "versions": versions(),
+        }
+        inputs = {
+            f"{one.scenario}, seed {one.seed}: {name}": record
+            for one in self.reports
+            if one.status == "finished"
+            for name, record in self._tables_of(one).items()
+        }
+        return key_of("comparison", settings, inputs)
+
+    def _tables_of(self, report: Report) -> dict[str, FileRecord]:
+        """Return what a run has left, except its report, which nothing follows from."""
+        stages = self.folder.run(report.scenario, report.seed).read_manifest().stages
+        found: dict[str, FileRecord] = {}
+        for stage in (ingest.STAGE, simulate.STAGE, measure.STAGE):
+            found |= stages[stage.name].outputs
+        return found
 
     def _compare(self, name: str, networks: Mapping[str, Network]) -> Comparison | None:
         """Compare a scenario with the base; None: there is no seed of which both are done."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,9 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from pipeline.config_file import At, keys_of_lists, read_config, validated
 from pipeline.config_keys import InputFile, LocatedSection, Reading, Section
+from pipeline.config_paths import rebased
 from pipeline.sweep_config import SweepSection, add_points
-from pipeline.yaml_source import put_value, read_yaml
+from pipeline.yaml_source import YamlSource, put_value, read_assignment, read_yaml
 from uxsim_geo.errors import Fault, Faults, InputError
 
 #: seeds are nonnegative and fit in 63 bits, as simulate.seed
@@ -113,35 +115,73 @@ class StudyConfig(LocatedSection):
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A study as it was read; ``base`` has what the study sets, and is not checked yet."""
+    """A study as it was read; ``base`` has what the study sets, and is not checked yet.
+
+    given
+        what the study says, with the values of the command line, before anything follows from it
+    text
+        of the file
+    """
 
     path: Path
     config: StudyConfig
     reading: Reading
     base: Reading
+    given: Mapping[str, Any]
+    text: str
 
     def base_copy(self) -> Reading:
         """Return the base to be checked, which may change what was read."""
         return Reading(deepcopy(self.base.document), self.base.folder)
 
 
-def read_study(path: Path) -> StudyFile:
+def read_study(path: Path, edits: Sequence[str] = (), seeds: int | None = None) -> StudyFile:
     """Read a study file and the configuration that it names.
 
+    ``edits``: ``key.sub=value`` in place of what base and study say; ``seeds``: so many instead.
     Raises :class:`uxsim_geo.errors.InputError` with all faults of the file, at their lines.
     """
     document = read_yaml(path)
     document.values.setdefault("name", path.stem)
-    reading = Reading(document, path.resolve().parent)
+    _take_in_options(document, edits, seeds)
+    text = path.read_bytes().decode("utf-8-sig")
+    return study_of(path, Reading(document, path.resolve().parent), text)
+
+
+def _take_in_options(document: YamlSource, edits: Sequence[str], seeds: int | None) -> None:
+    """Write what the command line says into the document."""
+    if seeds is not None:
+        document.forget_origins(("seeds",))
+        document.values["seeds"] = seeds
+        document.origins[("seeds",)] = (f"--seeds {seeds}", None)
+    values = document.values.setdefault("set", {})
+    for edit in edits:
+        dotted, value = read_assignment(edit)
+        if not isinstance(values, dict):
+            return  # that is told when the study is checked
+        values[dotted] = value
+        document.forget_origins(("set", dotted))
+        document.origins[("set", dotted)] = (f"--set {edit}", None)
+
+
+def study_of(path: Path, reading: Reading, text: str, base: Reading | None = None) -> StudyFile:
+    """Check a study that was read; ``base`` None: the file that the study names.
+
+    A base that is given has what the study sets already.
+
+    Raises :class:`uxsim_geo.errors.InputError` as :func:`read_study`.
+    """
+    document, given = reading.document, deepcopy(reading.document.values)
     faults: list[Fault] = []
     config = validated(StudyConfig, document.values, reading, faults, At(model=StudyConfig))
     if config is None:
         raise InputError(faults)
     if config.sweep is not None:
         add_points(document, config.sweep)
-    base = read_config(config.base)
-    _set_values(base, reading, config)
-    return StudyFile(path, config, reading, base)
+    if base is None:
+        base = read_config(config.base)
+        _set_values(base, reading, config)
+    return StudyFile(path, config, reading, base, given, text)
 
 
 def _set_values(base: Reading, study: Reading, config: StudyConfig) -> None:
@@ -149,11 +189,11 @@ def _set_values(base: Reading, study: Reading, config: StudyConfig) -> None:
     for dotted, value in config.set.items():
         place = ("set", dotted)
         faults = Faults(study.document.source)
-        where = put_value(base.document, dotted.split("."), value, faults, keys_of_lists())
-        line = study.document.origin(place)[1]
-        found += [
-            Fault(f"set.{dotted}: {fault.what}", fault.source, line) for fault in faults.found
-        ]
+        keys = dotted.split(".")
+        own = rebased(value, keys, study.folder)
+        where = put_value(base.document, keys, own, faults, keys_of_lists())
+        origin = study.document.origin(place)
+        found += [Fault(f"set.{dotted}: {fault.what}", *origin) for fault in faults.found]
         base.document.take_origins(study.document, place, where)
     if found:
         raise InputError(found)

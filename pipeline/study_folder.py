@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 from collections.abc import Iterator, Sequence
@@ -11,6 +12,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pipeline.config_file import named_values
+from pipeline.ingest_config import IngestSection
 from pipeline.runs import MANIFEST, FileRecord, RunFolder, record_file
 from pipeline.store import Store
 from pipeline.study_jobs import NAMES, Report
@@ -22,6 +25,13 @@ STUDY = "study.yaml"
 FIGURES = "figures.csv"
 LOG = "study.log"
 LOCK = ".lock"
+
+#: what runs read beside their tables, as areas
+INPUTS = "inputs"
+#: tables as they were read, before any edit
+SOURCES = "sources"
+#: the base as it was, with what the study sets
+BASE_CONFIG = "base.yaml"
 
 #: beside the studies
 STORE = "store"
@@ -35,7 +45,8 @@ class StudyManifest:
     """What a study consists of.
 
     study
-        name, command, seeds, versions, times, and whether all was done
+        name, command, seeds, versions, times, whether all was done; and all that it takes to repeat
+        it: the study resolved, and its base
     runs
         of each scenario and seed: its folder, status and problems
     outputs
@@ -66,6 +77,12 @@ class StudyFolder:
     def run(self, scenario: str, seed: int) -> RunFolder:
         """Where a run lies."""
         return RunFolder(self.path / self.run_name(scenario, seed))
+
+    def sources(self, section: IngestSection) -> RunFolder:
+        """Where the tables lie that were read as a section says, before any edit."""
+        told = json.dumps(named_values(section, Path.as_posix), sort_keys=True)
+        name = hashlib.sha256(told.encode()).hexdigest()[:16]
+        return RunFolder(self.path / SOURCES / name)
 
     @staticmethod
     def run_name(scenario: str, seed: int) -> str:
@@ -129,6 +146,11 @@ class StudyFolder:
             except OSError:  # a file system without locks
                 pass
             yield
+
+
+def is_study(path: Path) -> bool:
+    """Tell whether a folder is one of a study, finished or not."""
+    return bool(StudyFolder(path).read_manifest().study)
 
 
 def run_entry(report: Report) -> dict[str, Any]:

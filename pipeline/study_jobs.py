@@ -11,9 +11,11 @@ from typing import Any, Literal
 
 from pipeline import ingest, measure, report, simulate
 from pipeline.config import Config
+from pipeline.execution import Run
+from pipeline.program import code_digest, versions
 from pipeline.progress import Silence
 from pipeline.runs import LOG, RunFolder, StageRecord
-from pipeline.stages import Run, Stage, code_digest
+from pipeline.stages import Stage
 from pipeline.store import Store
 from uxsim_geo.analysis.comparison.quantities import TOTALS
 from uxsim_geo.errors import InputError
@@ -35,10 +37,13 @@ class Job:
         as plain values, with absolute paths
     tables, ingested
         a run folder with the tables of the scenario, and the record of how they came about
+    code, versions
+        digest of the program that plans the study, and its libraries: others would make other
+        results
     report
         whether the run gets a full report
-    code
-        digest of the program that plans the study: others would make other results
+    force
+        whether it is done again though it is done, or in the store
     """
 
     scenario: str
@@ -50,7 +55,9 @@ class Job:
     ingested: StageRecord
     command: Sequence[str]
     code: str
+    versions: Mapping[str, str]
     report: bool = False
+    force: bool = False
 
     @property
     def name(self) -> str:
@@ -124,8 +131,7 @@ def warm_up() -> None:
 
 
 def _run(job: Job, folder: RunFolder) -> Report:
-    if job.code != code_digest():
-        what = "the worker has another version of uxsim-geo than the study; install the same"
+    if what := _other_program(job):
         return _failed(job, [what], f"error: {what}")
     watch = _Remembering()
     config = Config.model_validate(job.config)
@@ -133,11 +139,26 @@ def _run(job: Job, folder: RunFolder) -> Report:
     run = Run(config, folder, watch, job.command, (ingest.STAGE, *stages), Store(job.store))
     run.adopt(ingest.STAGE, job.ingested, RunFolder(job.tables))
     run = Run(config, folder, watch, job.command, stages, Store(job.store))
-    problems = run.execute(stages[-1].name)
+    problems = run.execute(stages[-1].name, force=job.force)
     figures = _figures(folder)
     words = next((line for line in watch.lines if line.startswith("simulate: ")), "")
     words = words.removeprefix("simulate: ")
     return Report(job.scenario, job.seed, "finished", words, problems, figures)
+
+
+def _other_program(job: Job) -> str:
+    """Say what of the program is another here than where the study is planned."""
+    here = versions()
+    others = [
+        f"{name} {here.get(name, 'none')} (the study {version})"
+        for name, version in job.versions.items()
+        if here.get(name) != version
+    ]
+    if others:
+        return f"the worker has other versions: {', '.join(others)}; install the same"
+    if job.code != code_digest():
+        return "the worker has another uxsim-geo than the study; install the same"
+    return ""
 
 
 def _figures(folder: RunFolder) -> dict[str, float | None]:

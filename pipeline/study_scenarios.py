@@ -3,31 +3,23 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pipeline import ingest
 from pipeline.config import Config
-from pipeline.config_file import config_of, named_values
+from pipeline.config_file import named_values
 from pipeline.edit_sentences import edits_in_sentences
-from pipeline.ingest_config import IngestSection
-from pipeline.progress import Prefixed, Watch
+from pipeline.execution import Run
+from pipeline.progress import Prefixed
 from pipeline.runs import RunFolder, StageRecord
 from pipeline.scenarios import BASE, Scenario, Tables, read_scenarios, resolve
-from pipeline.stages import Run
+from pipeline.sources import Sources
 from pipeline.study_config import StudyFile
-from pipeline.study_folder import StudyFolder
+from pipeline.study_folder import INPUTS, StudyFolder
 from uxsim_geo.files import replace_when_complete, sha256_of
-
-if TYPE_CHECKING:
-    from uxsim_geo.demand.demand import Demand
-    from uxsim_geo.network.network import Network
-    from uxsim_geo.network.telling import Telling
-
-#: in the folder of a study: what runs read beside their tables, as areas
-INPUTS = "inputs"
 
 #: sections whose files the stages after ingestion read
 READ_BY_RUNS = ("simulate", "measure", "report")
@@ -50,33 +42,13 @@ class Prepared:
 
 
 @dataclass
-class Sources:
-    """Reads the files of a section once, however many scenarios edit what is in them."""
-
-    read: list[tuple[IngestSection, tuple[Network, Demand]]] = field(default_factory=list)
-
-    def __call__(
-        self, section: IngestSection, progress: Telling | None = None
-    ) -> tuple[Network, Demand]:
-        """Return network and demand, as :func:`pipeline.ingest.read_sources`."""
-        for known, tables in self.read:
-            if known == section:
-                return tables
-        tables = ingest.read_sources(section, progress)
-        self.read.append((section, tables))
-        return tables
-
-
-@dataclass
 class Preparation:
     """Makes scenarios ready: checks all edits against the base, then writes tables of each."""
 
     file: StudyFile
     folder: StudyFolder
-    command: Sequence[str]
-    watch: Watch
+    sources: Sources
     first_seed: int
-    sources: Sources = field(default_factory=Sources)
     copied: dict[Path, Path] = field(default_factory=dict)
 
     def scenarios(self) -> tuple[dict[str, Scenario], Tables]:
@@ -85,10 +57,7 @@ class Preparation:
         Raises :class:`uxsim_geo.errors.InputError` with the faults of all of them.
         """
         told = read_scenarios(self.file.reading)
-        base = config_of(self.file.base_copy())
-        if ingest.STAGE.prepare is not None:
-            ingest.STAGE.prepare(base, self.watch)
-        tables = Tables(*self.sources(base.ingest, self.watch.drawn))
+        tables = Tables(*self.sources(self.sources.base.ingest))
         return resolve(self.file.base, self.file.reading, told, tables), tables
 
     def prepared(self, scenarios: Mapping[str, Scenario], tables: Tables) -> dict[str, Prepared]:
@@ -106,9 +75,10 @@ class Preparation:
         name = scenario.name
         folder = self.folder.run(name, self.first_seed)
         config = self._in_folder(with_seed(scenario.config, self.first_seed))
-        watch = Prefixed(name, self.watch)
-        stage = ingest.stage(self.sources)
-        Run(config, folder, watch, self.command, (stage,), self.folder.store).execute(stage.name)
+        told = self.sources
+        watch, stage = Prefixed(name, told.watch), ingest.stage(told)
+        run = Run(config, folder, watch, told.command, (stage,), self.folder.store)
+        run.execute(stage.name, force=told.force)
         return Prepared(config, folder, folder.read_manifest().stages[stage.name], edits)
 
     def _in_folder(self, config: Config) -> Config:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.program import other_versions
 from pipeline.ro_crate import METADATA
 from pipeline.runs import CONFIG, LOG, MANIFEST, FileRecord, Manifest, RunFolder, is_unchanged
-from pipeline.stages import other_versions
 from uxsim_geo.errors import Fault, InputError
 
 
@@ -42,7 +42,7 @@ def verify_run(path: Path) -> Verification:
         raise InputError([Fault(what, str(path))])
     records = _files_of_run(manifest)
     changed = [
-        f"{name}: {_difference(folder / name)}"
+        f"{name}: {difference(folder / name)}"
         for name, record in records.items()
         if not is_unchanged(record, folder / name)
     ]
@@ -64,7 +64,8 @@ def _files_of_run(manifest: Manifest) -> dict[str, FileRecord]:
     return records
 
 
-def _difference(path: Path) -> str:
+def difference(path: Path) -> str:
+    """Say what is wrong with a file that is not as it was recorded."""
     return "is not what the run wrote" if path.exists() else "is missing"
 
 

@@ -114,11 +114,17 @@ def read_yaml(path: Path) -> YamlSource:
     Raises :class:`uxsim_geo.errors.InputError` for a file that cannot be read, is not text, not
     YAML, empty or no mapping, and for duplicate keys, aliases and tags.
     """
-    document = YamlSource(str(path))
-    faults = Faults(document.source)
+    faults = Faults(str(path))
     text = read_lines(path, faults)
     faults.raise_if_any()
-    node = _compose("\n".join(text or []), faults)
+    return yaml_of("\n".join(text or []), str(path))
+
+
+def yaml_of(text: str, source: str) -> YamlSource:
+    """Read a mapping from text that comes from ``source``; raises as :func:`read_yaml`."""
+    document = YamlSource(source)
+    faults = Faults(document.source)
+    node = _compose(text, faults)
     faults.raise_if_any()
     if isinstance(node, yaml.MappingNode):
         document.values = _Reader(document, faults).mapping(node, ())
@@ -136,6 +142,15 @@ def set_value(document: YamlSource, assignment: str, lists: Collection[str] = ()
 
     Raises :class:`uxsim_geo.errors.InputError` where the assignment cannot be understood.
     """
+    dotted, value = read_assignment(assignment)
+    faults = Faults(f"--set {assignment}")
+    place = put_value(document, dotted.split("."), value, faults, lists)
+    faults.raise_if_any()
+    document.origins[place] = (faults.source, None)
+
+
+def read_assignment(assignment: str) -> tuple[str, object]:
+    """Read ``key.sub=value``, with the value as in YAML; raises as :func:`set_value`."""
     faults = Faults(f"--set {assignment}")
     dotted, equals, text = assignment.partition("=")
     keys = dotted.strip().split(".")
@@ -145,9 +160,7 @@ def set_value(document: YamlSource, assignment: str, lists: Collection[str] = ()
     faults.raise_if_any()
     value = None if node is None else _Reader(YamlSource(faults.source), faults).value(node, ())
     faults.raise_if_any()
-    place = put_value(document, keys, value, faults, lists)
-    faults.raise_if_any()
-    document.origins[place] = (faults.source, None)
+    return ".".join(keys), value
 
 
 def put_value(

@@ -58,7 +58,7 @@ def test_runs_that_a_study_no_longer_has_go_with_their_entries(
     assert len(kept - entries(done)) == 1 + 2 * 2
     assert clean(done) == 0
     assert "nothing left over" in capsys.readouterr().out.splitlines()[-1]
-    assert len(study(done).lines) == len(manifest(done)["runs"]) + 3 + 1
+    assert len(study(done).lines) == 1 + len(manifest(done)["runs"]) + 3 + 1
 
 
 def test_a_study_that_is_not_finished_loses_no_runs(done: Path) -> None:

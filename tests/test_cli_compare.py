@@ -14,9 +14,9 @@ from pipeline import ingest, measure, simulate
 from pipeline.cli import main
 from pipeline.compare import compare_pairs, compare_runs
 from pipeline.config_file import load_config
+from pipeline.execution import Run
 from pipeline.progress import Silence
 from pipeline.runs import RunFolder
-from pipeline.stages import Run
 from uxsim_geo.analysis.comparison.comparison import Facts
 from uxsim_geo.errors import InputError
 from uxsim_geo.export.comparison import files

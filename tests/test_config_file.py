@@ -246,15 +246,18 @@ def test_pages_made_from_the_code_are_in_step_with_it() -> None:
         "read = lambda name: open('docs/' + name, encoding='utf-8').read();"
         "pages = {name: made['results_page'](read(name), layers)"
         " for name, layers in made['PAGES'].items()};"
-        "print(json.dumps([made['configuration_page'](), made['configuration_schema'](), pages]))"
+        "names = ('configuration_page', 'configuration_schema', 'study_page', 'study_schema');"
+        "print(json.dumps([*(made[name]() for name in names), pages]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=REPOSITORY, check=True, capture_output=True, text=True
     )
-    page, schema, pages = json.loads(done.stdout)
+    page, schema, study_page, study_schema, pages = json.loads(done.stdout)
     docs = REPOSITORY / "docs"
     assert page == (docs / "config.md").read_text(encoding="utf-8")
     assert schema == (docs / "config.schema.json").read_text(encoding="utf-8")
+    assert study_page == (docs / "study_keys.md").read_text(encoding="utf-8")
+    assert study_schema == (docs / "study.schema.json").read_text(encoding="utf-8")
     assert set(pages) == {"results.md", "studies_results.md"}
     for name, text in pages.items():
         assert text == (docs / name).read_text(encoding="utf-8")

@@ -17,11 +17,12 @@ from rich.text import Text
 from small_run import write_small_run
 
 import uxsim_geo.version
-from pipeline import ingest, report, simulate, stages
+from pipeline import ingest, program, report, simulate
 from pipeline.config_file import load_config
+from pipeline.execution import Run
 from pipeline.progress import Lines, Pace, Silence, Terminal, bar_on
 from pipeline.runs import RunFolder
-from pipeline.stages import Run, Stage, Task
+from pipeline.stages import Stage, Task
 from pipeline.verification import verify_run
 from uxsim_geo.errors import InputError
 from uxsim_geo.result import Progress
@@ -174,7 +175,7 @@ def test_force_repeats_everything_to_the_byte(done: Path) -> None:
 
 
 def test_other_code_makes_the_results_old(done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipeline.stages.code_digest", lambda: "other")
+    monkeypatch.setattr("pipeline.execution.code_digest", lambda: "other")
     assert execute(done) == ["ingest", "simulate", "report"]
 
 
@@ -293,9 +294,9 @@ def test_a_stage_announces_its_writing_before_it_does(done: Path, stage: Stage) 
 
 
 def test_tables_and_templates_of_the_program_are_code() -> None:
-    packages = (Path(stages.__file__).parent, Path(uxsim_geo.version.__file__).parent)
+    packages = (Path(program.__file__).parent, Path(uxsim_geo.version.__file__).parent)
     files = {path for package in packages for path in package.rglob("*") if path.is_file()}
-    others = {path.suffix for path in files} - set(stages.SOURCES) - {".pyc", ".nbi", ".nbc"}
+    others = {path.suffix for path in files} - set(program.SOURCES) - {".pyc", ".nbi", ".nbc"}
     assert {path.name for path in files if path.suffix in others} <= {"py.typed"}
 
 

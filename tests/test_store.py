@@ -15,9 +15,10 @@ from small_run import NET, write_small_run
 
 from pipeline import ingest, simulate
 from pipeline.config_file import load_config
+from pipeline.execution import Run
 from pipeline.progress import Silence
 from pipeline.runs import RunFolder, StageRecord
-from pipeline.stages import Outcome, Run, Task
+from pipeline.stages import Outcome, Task
 from pipeline.store import Entry, Store, key_of, place
 
 KEY = "ab" + 62 * "0"

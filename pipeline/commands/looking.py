@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 def add_commands(commands: Commands) -> None:
     """Add the commands that look at what there is."""
-    text = "show what is in a run, a network, a results file or a table"
+    text = "show what is in a run, a study, a network, a results file or a table"
     command = commands.add_parser("inspect", help=text, description=text)
     command.set_defaults(command=_inspect)
     command.add_argument("path", type=Path, metavar="PATH")
-    text = "check the files of a run against its manifest"
+    text = "check the files of a run, or of a study with all its runs, against the manifests"
     command = commands.add_parser("verify", help=text, description=text)
     command.set_defaults(command=_verify)
-    command.add_argument("path", type=Path, metavar="RUN", help="folder of a run")
+    command.add_argument("path", type=Path, metavar="RUN", help="folder of a run or study")
 
 
 def _inspect(options: argparse.Namespace) -> int:
@@ -34,14 +34,16 @@ def _inspect(options: argparse.Namespace) -> int:
 
 
 def _verify(options: argparse.Namespace) -> int:
+    from pipeline.study_folder import is_study
+    from pipeline.study_verification import verify_study
     from pipeline.verification import verify_run
 
-    found = verify_run(options.path)
+    found = verify_study(options.path) if is_study(options.path) else verify_run(options.path)
     for remark in found.remarks:
         show(f"note: {remark}", sys.stdout)
     for line in found.wrong:
         show(f"error: {line}", sys.stderr)
     if found.wrong:
         return FAILED
-    show(f"{options.path}: all {found.checked} files are what the run wrote", sys.stdout)
+    show(f"{options.path}: all {found.checked} files are as they were written", sys.stdout)
     return DONE

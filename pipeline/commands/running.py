@@ -35,7 +35,7 @@ def _add_options(command: argparse.ArgumentParser, *, repeats: bool) -> None:
     add = command.add_argument
     text = "configuration, a YAML file"
     if repeats:
-        text += "; or manifest.json of a run: it is repeated, and the files are compared"
+        text += "; or manifest.json of a run or study: it is repeated, and the files are compared"
     add("config", type=Path, metavar="CONFIG", help=text)
     add_folder_of_results(command, default=None)
     add_changed_values(command)
@@ -48,13 +48,18 @@ def _repeat(options: argparse.Namespace) -> int:
     from pipeline import ingest, report, simulate
     from pipeline.progress import watching
     from pipeline.repeating import Repeat, repeat_run
+    from pipeline.study_folder import is_study
+    from pipeline.study_repeating import repeat_study
 
     if options.set or options.seed is not None:
         what = "a manifest is repeated as it is; to change something, run its config.yaml"
         raise InputError([Fault(what, str(options.config))])
     with watching(quiet=options.quiet) as watch:
-        stages = (ingest.STAGE, simulate.STAGE, report.STAGE)
-        found = repeat_run(Repeat(options.config, options.out, watch, stages))
+        if is_study(options.config.parent):
+            found = repeat_study(Repeat(options.config, options.out, watch))
+        else:
+            stages = (ingest.STAGE, simulate.STAGE, report.STAGE)
+            found = repeat_run(Repeat(options.config, options.out, watch, stages))
     for remark in found.remarks:
         show(f"note: {remark}", sys.stdout)
     for line in found.different:
@@ -70,10 +75,10 @@ def _run(options: argparse.Namespace) -> int:
         return _repeat(options)
     from pipeline import ingest, report, simulate
     from pipeline.config_file import load_config
+    from pipeline.execution import Run
     from pipeline.progress import watching
     from pipeline.results import show_results
     from pipeline.runs import RunFolder
-    from pipeline.stages import Run
 
     seed = [] if options.seed is None else [f"simulate.seed={options.seed}"]
     config = load_config(options.config, [*options.set, *seed])

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.commands.arguments import add_folder_of_results, whole_above_0
+from pipeline.commands.arguments import add_changed_values, add_folder_of_results, whole_above_0
 from pipeline.commands.status import DONE, FAILED
 from pipeline.lines import show
 
@@ -32,6 +32,10 @@ def _add_study_options(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("study", type=Path, metavar="STUDY", help="study, a YAML file")
     add_folder_of_results(command)
+    add_changed_values(command)
+    text = "so many seeds, in place of what the study says"
+    add("--seeds", type=whole_above_0, metavar="N", help=text)
+    add("--force", action="store_true", help="also repeat what is up to date or in the store")
     text = "processes, none, dask, or the address of a Dask scheduler; default: as the study says"
     add("--dry-run", action="store_true", help="only show what each scenario changes")
     add("--scheduler", metavar="NAME", help=text)
@@ -44,7 +48,16 @@ def _study(options: argparse.Namespace) -> int:
     from pipeline.study import Order, dry_run, run_study
 
     command = ["uxsim-geo", *options.arguments]
-    order = Order(options.study, options.out, command, options.scheduler, options.workers)
+    order = Order(
+        path=options.study,
+        out=options.out,
+        command=command,
+        scheduler=options.scheduler,
+        workers=options.workers,
+        seeds=options.seeds,
+        edits=options.set,
+        force=options.force,
+    )
     with watching(quiet=options.quiet) as watch:
         if options.dry_run:
             text, path = dry_run(order, watch)
