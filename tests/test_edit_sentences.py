@@ -6,8 +6,10 @@ from pathlib import Path
 
 from study_files import write_study
 
+from pipeline.config_file import config_of
 from pipeline.edit_sentences import edits_in_sentences
 from pipeline.progress import Silence
+from pipeline.sources import Sources
 from pipeline.study_config import read_study
 from pipeline.study_folder import StudyFolder
 from pipeline.study_scenarios import Preparation
@@ -32,9 +34,9 @@ scenarios:
 
 def sentences(folder: Path, name: str) -> list[str]:
     path = write_study(folder, EDITS)
-    preparation = Preparation(
-        read_study(path), StudyFolder(folder / "runs/study"), ["test"], Silence(), 0
-    )
+    file, own = read_study(path), StudyFolder(folder / "runs/study")
+    sources = Sources(config_of(file.base_copy()), own, ["test"], Silence())
+    preparation = Preparation(file, own, sources, 0)
     scenarios, tables = preparation.scenarios()
     return list(edits_in_sentences(scenarios[name], scenarios["base"], tables))
 
