@@ -14,7 +14,6 @@ from pipeline.lines import show
 from pipeline.table_formats import FORMATS
 from pipeline.table_makers import TABLES
 from pipeline.table_options import TableOptions
-from pipeline.tables import Order, export_table
 
 if TYPE_CHECKING:
     from pipeline.commands.arguments import Commands
@@ -47,6 +46,8 @@ def _add_options(command: argparse.ArgumentParser) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
+    from pipeline.tables import Order, export_table
+
     asked = TableOptions(**{key.name: getattr(options, key.name) for key in fields(TableOptions)})
     order = Order(options.path, options.table, options.out, options.format, asked)
     written = export_table(order)
