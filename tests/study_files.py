@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -64,9 +65,14 @@ def command(folder: Path, *options: str, name: str = "study") -> list[str]:
 
 def started(folder: Path, *options: str) -> subprocess.Popen[str]:
     """Start the study in a process of its own, with a pipe for what it says."""
-    return subprocess.Popen(
-        command(folder, *options), cwd=REPOSITORY, stderr=subprocess.PIPE, text=True
-    )
+    # what a shell starts in the background ignores Ctrl-C, and so do its children
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return subprocess.Popen(
+            command(folder, *options), cwd=REPOSITORY, stderr=subprocess.PIPE, text=True
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def results(folder: Path) -> dict[str, str]:
