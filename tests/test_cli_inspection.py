@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from small_run import run_small, write_small_run
 
-from pipeline import stages
+from pipeline import program
 from pipeline.cli import main
 from uxsim_geo.network.notes import Notes
 
@@ -46,8 +46,8 @@ def test_verify_mentions_a_source_that_has_changed(
 def test_other_versions_of_libraries_are_told_and_nothing_is_done_again(
     finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    now = stages.versions()
-    monkeypatch.setattr(stages, "versions", lambda: {**now, "numpy": "99.1"})
+    now = program.versions()
+    monkeypatch.setattr(program, "versions", lambda: {**now, "numpy": "99.1"})
     assert main(["verify", str(finished)]) == 0
     told = f"made with numpy {now['numpy']} (now 99.1)"
     assert f"note: simulate: {told}" in capsys.readouterr().out
