@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from small_run import run_small, write_small_run
 
-from pipeline import program
+from pipeline import execution, program
 from pipeline.cli import main
 from uxsim_geo.network.notes import Notes
 
@@ -47,7 +47,8 @@ def test_other_versions_of_libraries_are_told_and_nothing_is_done_again(
     finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     now = program.versions()
-    monkeypatch.setattr(program, "versions", lambda: {**now, "numpy": "99.1"})
+    for module in (program, execution):
+        monkeypatch.setattr(module, "versions", lambda: {**now, "numpy": "99.1"})
     assert main(["verify", str(finished)]) == 0
     told = f"made with numpy {now['numpy']} (now 99.1)"
     assert f"note: simulate: {told}" in capsys.readouterr().out
