@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 from pipeline.lines import show
@@ -162,14 +162,22 @@ class Terminal:
 
 @dataclass(frozen=True)
 class Prefixed:
-    """Passes on what it is told, with a name before every line."""
+    """Passes on what it is told, with a name before every line.
+
+    warned
+        warnings that were passed on: those that are like one of them are not told again
+    """
 
     name: str
     watch: Watch
+    warned: set[str] = field(default_factory=set)
 
     def say(self, text: str) -> None:
         """Pass the lines on."""
-        self.watch.say("\n".join(f"{self.name}: {line}" for line in text.splitlines()))
+        lines = [line for line in text.splitlines() if line not in self.warned]
+        self.warned.update(line for line in lines if line.startswith("warning: "))
+        if lines:
+            self.watch.say("\n".join(f"{self.name}: {line}" for line in lines))
 
     def simulated(self, progress: Progress) -> None:
         """Pass it on."""

@@ -50,6 +50,7 @@ class Preparation:
     sources: Sources
     first_seed: int
     copied: dict[Path, Path] = field(default_factory=dict)
+    warned: set[str] = field(default_factory=set)
 
     def scenarios(self) -> tuple[dict[str, Scenario], Tables]:
         """Resolve all scenarios, the base first; return the base's tables as read too.
@@ -76,7 +77,7 @@ class Preparation:
         folder = self.folder.run(name, self.first_seed)
         config = self._in_folder(with_seed(scenario.config, self.first_seed))
         told = self.sources
-        watch, stage = Prefixed(name, told.watch), ingest.stage(told)
+        watch, stage = Prefixed(name, told.watch, self.warned), ingest.stage(told)
         run = Run(config, folder, watch, told.command, (stage,), self.folder.store)
         run.execute(stage.name, force=told.force)
         return Prepared(config, folder, folder.read_manifest().stages[stage.name], edits)

@@ -264,3 +264,12 @@ def test_faults_of_what_a_study_sets_have_its_lines(tmp_path: Path) -> None:
         read_study(path)
     (fault,) = raised.value.faults
     assert (fault.source, fault.line) == (str(path), 3)
+
+
+def test_a_warning_of_all_scenarios_is_told_once(tmp_path: Path) -> None:
+    # every link is as long as it takes to drive: the reader warns of it
+    write_study(tmp_path)
+    net = tmp_path / "net.tntp"
+    net.write_text(net.read_text().replace(" 500 25 ", " 25 25 ").replace(" 1000 50 ", " 50 50 "))
+    said = [line for line in study(tmp_path).lines if "warning: length copied" in line]
+    assert len(said) == 1
