@@ -9,9 +9,6 @@ from dataclasses import dataclass, field
 from pipeline.scenarios import BASE
 from pipeline.study_config import SeedsKey, SeedsSection, UntilSection
 
-#: share of intervals that hold the true difference
-CONFIDENCE = 0.95
-
 #: the figure of a run, by scenario and seed; None where the run failed or the figure is of nobody
 Figures = Mapping[tuple[str, int], float | None]
 
@@ -101,16 +98,7 @@ def widths(
 
 
 def half_width(values: Sequence[float]) -> float:
-    """Return half the width of the 95 % interval of the mean: t s/√n, Student's t with n − 1.
+    """Return half the width of the 95 % interval of the mean; inf for fewer than two values."""
+    from uxsim_geo.analysis.comparison.inference import half_width_of_mean
 
-    It is inf for fewer than two values.
-    """
-    from scipy import stats
-
-    number = len(values)
-    if number < 2:
-        return math.inf
-    mean = math.fsum(values) / number
-    deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in values) / (number - 1))
-    quantile = float(stats.t.ppf((1 + CONFIDENCE) / 2, number - 1))
-    return quantile * deviation / math.sqrt(number)
+    return half_width_of_mean(values) if len(values) > 1 else math.inf

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.analysis.comparison.inference import half_width_of_mean
 from uxsim_geo.analysis.types import Floats
 
 if TYPE_CHECKING:
@@ -96,10 +97,5 @@ def _rank_correlation(place: Floats, mean: Floats) -> str:
 
 def _half_widths(means: pd.DataFrame) -> Floats:
     """Return half the 95 % interval of each mean; 0 where one run says nothing of its spread."""
-    from scipy.stats import t
-
     groups = means.groupby("point", sort=True)["value"]
-    count = groups.count().to_numpy(np.float64)
-    spread = groups.std(ddof=1).fillna(0.0).to_numpy(np.float64)
-    factor = t.ppf(0.975, np.maximum(count - 1, 1))
-    return np.asarray(factor * spread / np.sqrt(count), np.float64)
+    return np.nan_to_num([half_width_of_mean(values) for _, values in groups])

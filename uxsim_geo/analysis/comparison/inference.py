@@ -12,6 +12,8 @@ over n runs each (Welch 1947):
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from uxsim_geo.analysis.comparison.moments import Moments, PairedMoments
@@ -30,6 +32,17 @@ def half_width(moments: Moments) -> Floats:
     freedom = _freedom(moments)
     width: Floats = t.ppf(0.5 + CONFIDENCE / 2, freedom) * _error(moments)
     return width
+
+
+def half_width_of_mean(values: Iterable[float]) -> float:
+    """Half width of the 95 % interval of the mean of some values.
+
+    NaN are left out; NaN of fewer than two values.
+    """
+    moments = Moments.of_nothing(1, 1)
+    for value in values:
+        moments.add(np.array([[value]]))
+    return float(half_width(moments)[0, 0])
 
 
 def p_value(moments: Moments) -> Floats:
