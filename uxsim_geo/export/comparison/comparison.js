@@ -1,11 +1,11 @@
 "use strict";
 // The page of a study: scenario, quantity, time, search, keys and print, tied together.
 
-const MOST_SUGGESTIONS = 5000;
 const WHOLE_RUN = -1;
 
-class ComparisonPage {
+class ComparisonPage extends MapPage {
   constructor(run) {
+    super();
     this.run = run;
     this.bin = WHOLE_RUN;
     this.hovered = null;
@@ -33,27 +33,12 @@ class ComparisonPage {
     await this.map.ready;
     this.map.map.fitBounds(this.run.content.view, { padding: 34, animate: false });
     this.map.mark();
-    byId("tiles").addEventListener("change", (event) => {
-      this.map.showTiles(event.target.checked);
-      byId("tiles-attribution").hidden = !event.target.checked;
-      byId("trouble").hidden = true;
-    });
-    byId("tiles").closest("label").hidden = !this.run.content.map.on_earth;
-    window.addEventListener("beforeprint", () => this.printMap());
-    window.addEventListener("afterprint", () => {
-      delete document.documentElement.dataset.paper;
-      this.map.takeGround(window.matchMedia("(prefers-color-scheme: dark)").matches);
-      this.draw();
-    });
+    this.addTilesAndPrint();
   }
 
-  /** A picture on white in place of the map, which browsers do not print. */
-  printMap() {
-    document.documentElement.dataset.paper = "white";
-    this.map.takeGround(false);
-    this.drawLegend();
-    this.map.show(this.bin, byId("sure").checked);
-    byId("map-print").src = this.map.picture();
+  /** Draw on the map what is chosen; says whether that changes anything. */
+  showMap() {
+    return this.map.show(this.bin, byId("sure").checked);
   }
 
   addChoices() {
@@ -129,7 +114,7 @@ class ComparisonPage {
     this.markDetails();
     if (this.hovered) this.hover.show(this.hovered.link, this.hovered.point, this.bin);
     if (!this.map) return;
-    const isChanged = this.map.show(this.bin, byId("sure").checked);
+    const isChanged = this.showMap();
     if (isChanged || !this.map.map.loaded()) await new Promise((resolve) => this.map.map.once("idle", resolve));
     // for those who measure
     const shown = run.content.quantities[run.shown(this.bin)];
@@ -154,12 +139,6 @@ class ComparisonPage {
     byId("legend").replaceChildren(element("b", {}, `Change of ${label.toLowerCase()}, ${unit}`), list,
       element("span", { class: "quiet" }, `${pale} The wider, the larger the change.`
         + ` Links lie to the ${run.content.map.left ? "left" : "right"} of their direction.`));
-  }
-
-  pointAt(link, point) {
-    this.hovered = link === null ? null : { link, point };
-    this.hover.show(link, point, this.bin);
-    this.map.map.getCanvas().style.cursor = link === null ? "" : "pointer";
   }
 
   /** Show a link's details, outlined with others of its street. */
@@ -200,18 +179,6 @@ class ComparisonPage {
     for (const chart of this.charts) chart.mark(Math.max(this.bin, 0));
   }
 
-  addSearch() {
-    const { names, named } = this.run.links;
-    const unnamed = new Set(this.run.links.ids.map((id) => `link ${id}`));
-    const streets = named ? names.filter((name) => !unnamed.has(name)) : names;
-    const options = [...streets].sort((a, b) => a.localeCompare(b)).slice(0, MOST_SUGGESTIONS);
-    byId("streets").append(...options.map((name) => element("option", { value: name })));
-    byId("search").addEventListener("change", (event) => {
-      const wanted = event.target.value.trim().toLowerCase();
-      if (wanted) byId("found").textContent = this.find(wanted);
-    });
-  }
-
   /** Show the street or link of that name, else a street with it in its name; say what it is. */
   find(wanted) {
     const { names, ids } = this.run.links;
@@ -234,39 +201,11 @@ class ComparisonPage {
       : `link ${this.run.links.ids[found[0]]}`;
     return this.showFound(found, `${this.run.links.names[name]}: ${words}`);
   }
-
-  showFound(links, words) {
-    this.choose(links[0], links);
-    this.map?.goTo(links);
-    return words;
-  }
 }
 
-function byId(id) {
-  return document.getElementById(id);
-}
-
-function trouble(text) {
-  byId("trouble").textContent = text;
-  byId("trouble").hidden = false;
-}
-
-async function openPage() {
-  if (typeof DecompressionStream === "undefined") {
-    trouble("This browser is too old to unpack the page's data: take one from 2023 or later.");
-    return;
-  }
+openPage(async () => {
   const page = new ComparisonPage(await Differences.load());
   window.trafficComparison = page;  // for the browser's console
   await page.take(0);
-  try {
-    await page.addMap();
-  } catch (error) {
-    page.map = undefined;
-    trouble(`The map cannot be drawn here (it needs WebGL): ${error.message}. Tables are complete.`);
-  }
-  await page.draw();
-  document.documentElement.dataset.ready = "true";
-}
-
-openPage();
+  return page;
+}, "Tables are complete.");

@@ -43,6 +43,7 @@ TEMPLATE = Template(
         "details.js",
         "differences.js",
         "difference_map.js",
+        "map_page.js",
         "comparison.js",
     ),
 )

@@ -38,7 +38,16 @@ STREETS = 12
 STYLE = "report.css"
 
 #: in the order in which they build on one another
-SCRIPTS = ("data.js", "charts.js", "layers.js", "map.js", "details.js", "trips.js", "report.js")
+SCRIPTS = (
+    "data.js",
+    "charts.js",
+    "layers.js",
+    "map.js",
+    "details.js",
+    "trips.js",
+    "map_page.js",
+    "report.js",
+)
 
 
 @dataclass(frozen=True)

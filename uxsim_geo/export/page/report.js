@@ -2,10 +2,10 @@
 // The page itself: time, quantities, search, keys and print, tied together.
 
 const PAUSE = 350;  // ms between two steps while playing, at least
-const MOST_SUGGESTIONS = 5000;
 
-class Page {
+class Page extends MapPage {
   constructor(run) {
+    super();
     this.run = run;
     this.quantity = 0;
     this.bin = run.content.worst_bin;  // in which vehicles lose most time: where to begin looking
@@ -42,27 +42,12 @@ class Page {
       this.map.circles = event.target.checked;
       this.draw();
     });
-    byId("tiles").addEventListener("change", (event) => {
-      this.map.showTiles(event.target.checked);
-      byId("tiles-attribution").hidden = !event.target.checked;
-      byId("trouble").hidden = true;
-    });
-    byId("tiles").closest("label").hidden = !this.run.content.map.on_earth;
-    window.addEventListener("beforeprint", () => this.printMap());
-    window.addEventListener("afterprint", () => {
-      delete document.documentElement.dataset.paper;
-      this.map.takeGround(window.matchMedia("(prefers-color-scheme: dark)").matches);
-      this.draw();
-    });
+    this.addTilesAndPrint();
   }
 
-  /** A picture on white in place of the map, which browsers do not print. */
-  printMap() {
-    document.documentElement.dataset.paper = "white";
-    this.map.takeGround(false);
-    this.drawLegend();
-    this.map.show(this.quantity, this.bin);
-    byId("map-print").src = this.map.picture();
+  /** Draw on the map what is chosen; says whether that changes anything. */
+  showMap() {
+    return this.map.show(this.quantity, this.bin);
   }
 
   addQuantities() {
@@ -139,7 +124,7 @@ class Page {
     this.drawTime();
     this.drawLegend();
     if (!this.map) return;
-    const isChanged = this.map.show(this.quantity, this.bin);
+    const isChanged = this.showMap();
     if (isChanged || !this.map.map.loaded()) await new Promise((resolve) => this.map.map.once("idle", resolve));
     // for those who measure
     document.documentElement.dataset.stepMs = (performance.now() - begun).toFixed(0);
@@ -155,12 +140,6 @@ class Page {
     this.charts.forEach((chart) => chart.mark(this.bin));
     this.details.mark(this.bin);
     if (this.hovered) this.hover.show(this.hovered.link, this.hovered.point, this.bin);
-  }
-
-  pointAt(link, point) {
-    this.hovered = link === null ? null : { link, point };
-    this.hover.show(link, point, this.bin);
-    this.map.map.getCanvas().style.cursor = link === null ? "" : "pointer";
   }
 
   /** Show a link's details; street are the links that are outlined with it. */
@@ -195,18 +174,6 @@ class Page {
     byId("map").scrollIntoView({ block: "nearest" });
   }
 
-  addSearch() {
-    const { names, named } = this.run.links;
-    const unnamed = new Set(this.run.links.ids.map((id) => `link ${id}`));
-    const streets = named ? names.filter((name) => !unnamed.has(name)) : names;
-    const options = [...streets].sort((a, b) => a.localeCompare(b)).slice(0, MOST_SUGGESTIONS);
-    byId("streets").append(...options.map((name) => element("option", { value: name })));
-    byId("search").addEventListener("change", (event) => {
-      const wanted = event.target.value.trim().toLowerCase();
-      if (wanted) byId("found").textContent = this.find(wanted);
-    });
-  }
-
   /** Show the street, link or zone of that name, else a street with it in its name; say what it is. */
   find(wanted) {
     const { names, ids } = this.run.links;
@@ -233,39 +200,11 @@ class Page {
       : `link ${this.run.links.ids[found[0]]}`;
     return this.showFound(found, `${this.run.links.names[name]}: ${words}`);
   }
-
-  showFound(links, words) {
-    this.choose(links[0], links);
-    this.map?.goTo(links);
-    return words;
-  }
 }
 
-function byId(id) {
-  return document.getElementById(id);
-}
-
-function trouble(text) {
-  byId("trouble").textContent = text;
-  byId("trouble").hidden = false;
-}
-
-async function openPage() {
-  if (typeof DecompressionStream === "undefined") {
-    trouble("This browser is too old to unpack the page's data: take one from 2023 or later.");
-    return;
-  }
+openPage(async () => {
   const page = new Page(await Run.load());
   window.trafficReport = page;  // for the browser's console
   page.draw();
-  try {
-    await page.addMap();
-  } catch (error) {
-    page.map = undefined;
-    trouble(`The map cannot be drawn here (it needs WebGL): ${error.message}. Curves and tables are complete.`);
-  }
-  await page.draw();
-  document.documentElement.dataset.ready = "true";
-}
-
-openPage();
+  return page;
+}, "Curves and tables are complete.");
