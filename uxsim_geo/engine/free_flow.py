@@ -39,7 +39,7 @@ def time_lanes(w: World, h: Hierarchy, room: Lanes, alike):
 
 @kernel
 def time_by_heap(w: World, room: Lanes, alike):
-    """Do the same by trees of the heap, for destinations all of which are near enough, or not."""
+    """Do the same by trees of the heap, from which it can be told however far they are."""
     for lane in range(LANES):
         if room.own[lane] >= 0:
             grow_tree(w.routes, w.routes.destination[room.own[lane]]["node"])
@@ -50,7 +50,7 @@ def time_by_heap(w: World, room: Lanes, alike):
 
 @kernel
 def find_ways_on(routes: Routes, h: Hierarchy, room: Lanes):
-    """Note over which arc every vertex goes on in each lane: the first of those that lead nearer."""
+    """Note over which arc every vertex goes on, for each lane: the first that leads nearer."""
     distance, toward = room.distance, room.toward
     for v in range(np.uint64(h.place.size)):
         for lane in range(LANES):

@@ -17,7 +17,7 @@ from uxsim_geo.engine import searches
 from uxsim_geo.engine.hierarchy import build_hierarchy
 from uxsim_geo.engine.records import LANES, Hierarchy, Lanes, World
 from uxsim_geo.engine.sharing import room_for, share_out
-from uxsim_geo.engine.slots import lanes_of
+from uxsim_geo.engine.slots import wanted_lanes
 from uxsim_geo.network.paths import Ints, Paths
 from uxsim_geo.settings import Settings
 
@@ -105,10 +105,10 @@ class Router:
         """Renew the weights of destinations to which ways are wanted, by the costs at hand."""
         h = self._costed(world)
         table = world.routes.destination
-        batch, own = lanes_of(table, table["wanted"] == 1)
+        batch, own = wanted_lanes(table)
         rooms = self._rooms_for(len(own))
         share_out(rooms, own, lambda room, row: searches.renew(world, h, batch[row], room))
-        if (table["wanted"] == 1).any():  # what is too far for a sweep
+        if table["wanted"].any():  # what is too far for a sweep
             searches.renew_rest(world)
 
     def turn_away(self, world: World, avoided: npt.NDArray[np.uint8]) -> None:
@@ -117,17 +117,20 @@ class Router:
         Where no other out-link is left, the cheapest way on by the costs of the last update takes
         its place.
         """
-        routes = world.routes
         for number, links in enumerate(avoided):
             with np.errstate(all="ignore"):
                 stranded = searches.find_stranded(world, number, links)
             if stranded > self.most:
-                h = self._costed(world)
-                _, own = lanes_of(routes.destination, routes.destination["wanted"] == 1)
-                rooms = self._rooms_for(1)  # a thread, since all use the same vertices
-                share_out(rooms, own, lambda room, _: searches.lead(routes, h, room, links))
+                self._lead_on(world, links)
             if stranded:
-                searches.lead_rest(routes, links)
+                searches.lead_rest(world.routes, links)
+
+    def _lead_on(self, world: World, links: npt.NDArray[np.uint8]) -> None:
+        """Give vertices that have no weights left those of the cheapest way on, by sweeps."""
+        h, routes = self._costed(world), world.routes
+        _, own = wanted_lanes(routes.destination)
+        rooms = self._rooms_for(1)  # a thread, since all use the same vertices
+        share_out(rooms, own, lambda room, _: searches.lead(routes, h, room, links))
 
     def give_free_times(self, world: World) -> None:
         """Give every trip the free-flow time of its fastest route, s; inf where there is none."""
@@ -137,9 +140,7 @@ class Router:
         if (own >= 0).sum() > self.most:
             h = self._costed(world)
             rooms = self._rooms_for(len(own), ways=True)
-            left = share_out(
-                rooms, own, lambda room, _: searches.time_free(world, h, room, alike)
-            )
+            left = share_out(rooms, own, lambda room, _: searches.time_free(world, h, room, alike))
         if left:
             room = room_for(self.paths.node.size, ways=True)
             share_out([room], own[left], lambda room, _: searches.time_rest(world, room, alike))

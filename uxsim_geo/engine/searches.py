@@ -11,8 +11,8 @@ from uxsim_geo.engine.routes import renew_lanes, renew_wanted, update_routes
 from uxsim_geo.engine.sweep import customise
 
 
-def _entry_points(sources: str):
-    """Give the functions that Python calls, as those of `loop` are given.
+def _of_updates(sources: str):
+    """Give what updates call; like all entry points, it encloses the hash of the sources.
 
     They are many and small, so that a run compiles only what it needs.
     """
@@ -26,28 +26,40 @@ def _entry_points(sources: str):
         return find_ways(w, most) if len(sources) > 0 else -1
 
     @compiled
-    def renew_rest(w):
-        return len(sources) > 0 and renew_wanted(w)
+    def cost_ways(h, arc):
+        return len(sources) > 0 and customise(h, arc)
 
     @compiled
     def renew(w, h, batch, room):
         return len(sources) > 0 and renew_lanes(w, h, batch, room)
 
     @compiled
-    def cost_ways(h, arc):
-        return len(sources) > 0 and customise(h, arc)
+    def renew_rest(w):
+        return len(sources) > 0 and renew_wanted(w)
+
+    return update, introduce, cost_ways, renew, renew_rest
+
+
+def _of_detours(sources: str):
+    """Give what closures call."""
 
     @compiled
     def find_stranded(w, number, avoided):
         return strand(w, number, avoided) if len(sources) > 0 else 0
 
     @compiled
+    def lead(routes, h, room, avoided):
+        return len(sources) > 0 and lead_lanes_on(routes, h, room, avoided)
+
+    @compiled
     def lead_rest(routes, avoided):
         return len(sources) > 0 and lead_all_on(routes, avoided)
 
-    @compiled
-    def lead(routes, h, room, avoided):
-        return len(sources) > 0 and lead_lanes_on(routes, h, room, avoided)
+    return find_stranded, lead, lead_rest
+
+
+def _of_free_flow(sources: str):
+    """Give what the end of a run calls."""
 
     @compiled
     def price_free(w):
@@ -61,6 +73,12 @@ def _entry_points(sources: str):
     def time_rest(w, room, alike):
         return len(sources) > 0 and time_by_heap(w, room, alike)
 
+    return price_free, time_free, time_rest
+
+
+def _of_building(sources: str):
+    """Give what the building of a hierarchy calls."""
+
     @compiled
     def number_below(start, near, parent, room, number):
         find_parents(start, near, parent, room)
@@ -70,24 +88,11 @@ def _entry_points(sources: str):
     def list_upper(start, near, parent, room, end, upper):
         return len(sources) > 0 and list_ways(start, near, parent, room, end, upper)
 
-    of_updates = update, introduce, renew, renew_rest, cost_ways
-    of_detours = find_stranded, lead, lead_rest
-    of_free_flow = price_free, time_free, time_rest
-    return *of_updates, *of_detours, *of_free_flow, number_below, list_upper
+    return number_below, list_upper
 
 
-(
-    update,
-    introduce,
-    renew,
-    renew_rest,
-    cost_ways,
-    find_stranded,
-    lead,
-    lead_rest,
-    price_free,
-    time_free,
-    time_rest,
-    number_below,
-    list_upper,
-) = _entry_points(hash_of_sources())
+_SOURCES = hash_of_sources()
+update, introduce, cost_ways, renew, renew_rest = _of_updates(_SOURCES)
+find_stranded, lead, lead_rest = _of_detours(_SOURCES)
+price_free, time_free, time_rest = _of_free_flow(_SOURCES)
+number_below, list_upper = _of_building(_SOURCES)

@@ -1,4 +1,4 @@
-"""Where the weights of destinations are kept: each has a lane of a batch, all of the same drivers."""
+"""Where the weights of destinations are kept: each has a lane of a batch, of its drivers alone."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def _all_slots(batches: Ints) -> Ints:
     return slots
 
 
-def lanes_of(destination: Records, chosen: npt.NDArray[np.bool_]) -> tuple[Ints, npt.NDArray[np.int32]]:
-    """List the batches of chosen destinations, and the destination in each lane; -1: none chosen.
+def wanted_lanes(destination: Records) -> tuple[Ints, npt.NDArray[np.int32]]:
+    """List the batches of destinations to which ways are wanted, and whose each lane is; -1: none.
 
     Shapes: (batches,) and (batches, LANES).
     """
-    place = np.flatnonzero(chosen)
+    place = np.flatnonzero(destination["wanted"])
     batch, row = np.unique(destination["slot"][place] // LANES, return_inverse=True)
     own = np.full((batch.size, LANES), -1, np.int32)
     own[row, destination["slot"][place] % LANES] = place

@@ -47,9 +47,9 @@ def cut_short(h: Hierarchy, left, last):
         while h.upper[top] < h.upper[right]:
             top += 1
         if down < UNREACHED and h.up[right] < UNREACHED:
-            h.up[top] = min(h.up[top], min(np.int32(down + h.up[right]), _FARTHEST))
+            h.up[top] = min(h.up[top], np.int32(down + h.up[right]), _FARTHEST)
         if up < UNREACHED and h.down[right] < UNREACHED:
-            h.down[top] = min(h.down[top], min(np.int32(up + h.down[right]), _FARTHEST))
+            h.down[top] = min(h.down[top], np.int32(up + h.down[right]), _FARTHEST)
 
 
 @kernel
@@ -61,15 +61,15 @@ def sweep(h: Hierarchy, routes: Routes, room: Lanes):
     low = begin(h, routes, room)
     climb(h, room.distance, low)
     descend(h, room.distance, room.nearer)
+    least = _FARTHEST
     for lane in range(LANES):
-        if room.nearer[lane] == 0:
-            return False
-    return True
+        least = min(least, room.nearer[lane])
+    return least > 0
 
 
 @kernel
 def begin(h: Hierarchy, routes: Routes, room: Lanes):
-    """Put the destinations at distance 0, at all their vertices; gives the lowest place of these."""
+    """Put the destinations at distance 0, at all their vertices; gives the lowest place."""
     distance = room.distance
     for place in range(np.uint64(distance.shape[0])):
         for lane in range(LANES):
@@ -78,7 +78,9 @@ def begin(h: Hierarchy, routes: Routes, room: Lanes):
     for lane in range(LANES):
         if room.own[lane] >= 0:
             node = routes.destination[room.own[lane]]["node"]
-            for v in range(routes.node[node]["first_vertex"], routes.node[node + 1]["first_vertex"]):
+            for v in range(
+                routes.node[node]["first_vertex"], routes.node[node + 1]["first_vertex"]
+            ):
                 distance[h.place[v], lane] = 0
                 low = min(low, h.place[v])
     return low
