@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.errors import InputError
     from uxsim_geo.export.page.inline import explore
+    from uxsim_geo.machine import Machine
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Progress, Result
     from uxsim_geo.settings import Settings
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Demand",
     "InputError",
+    "Machine",
     "Network",
     "Result",
     "Settings",
@@ -38,6 +40,7 @@ __all__ = [
 _HOMES = {
     "Demand": "demand.demand",
     "InputError": "errors",
+    "Machine": "machine",
     "Network": "network.network",
     "Result": "result",
     "Settings": "settings",
@@ -56,16 +59,18 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
     classes: Sequence[DriverClass] = (),
     progress: Callable[[Progress], None] | None = None,
     sleep: bool = True,
+    machine: Machine | None = None,
 ) -> Result:
     """Simulate a demand on a network until ``settings.duration``, under some measures of control.
 
     ``control`` are measures of ``uxsim_geo.control``; ``classes`` the classes of drivers that the
     demand names. ``progress`` is called about a hundred times with the state of the run.
     ``sleep`` lets blocked platoons rest until something can change for them; False tries them
-    again in every step, which is slower and gives the same result, to the bit.
+    again in every step, which is slower and gives the same result, to the bit. ``machine`` says
+    how much of this machine the run may use, on which no result depends.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, or with the
-    control.
+    control, and where the run would need more memory than there is.
     """
     # the engine waits for the first call, so that importing every name from here stays light
     from uxsim_geo.engine import simulation
@@ -78,6 +83,7 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
         classes=classes,
         progress=progress,
         sleep=sleep,
+        machine=machine,
     )
 
 
