@@ -62,6 +62,8 @@ lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra dask --extra video --extra omx --extra docs \
 		-c requirements.lock -o requirements-test.lock
+	uv pip compile $(LOCK_OPTIONS) --resolution lowest-direct pyproject.toml --group build --extra test --extra dask --extra video \
+		--extra omx -o requirements-minimum.lock
 
 LOCK_OPTIONS := --quiet --universal --python-version 3.11 --generate-hashes --upgrade \
 	--no-header --no-annotate --no-emit-index-url --no-emit-find-links
