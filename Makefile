@@ -2,6 +2,7 @@
 # make test    installs the test tools too, then checks style, types, layers, pages and behaviour
 # make docs    writes the pages made from the code; make pictures draws those of the pages anew
 # make site    makes the web site of all pages, in build/site
+# make hashes  keeps what the shipped examples give now, where a change of the model is meant
 # make lock    resolves the dependencies anew (needs uv)
 #
 # PYTHON names the interpreter for .venv: make PYTHON=python3.12 demo
@@ -23,7 +24,7 @@ CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
 INSTALLED := $(VENV)/.installed
 INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 
-.PHONY: help demo install test lint check-types check-layers unit-test docs pictures site lock clean
+.PHONY: help demo install test lint check-types check-layers unit-test docs pictures hashes site lock clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -54,6 +55,9 @@ docs: $(INSTALLED)
 
 pictures: $(INSTALLED)
 	$(BIN)/python docs/pictures.py
+
+hashes: $(INSTALLED_FOR_TEST)
+	$(BIN)/python tests/example_hashes.py
 
 site: $(INSTALLED_FOR_TEST)
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/site
