@@ -123,7 +123,7 @@ def finished(simulation: Simulation) -> Result:
 
 if __name__ == "__main__":
     if sys.argv[1:]:
-        print(json.dumps(worked_out(sys.argv[1:])))
+        sys.stdout.write(json.dumps(worked_out(sys.argv[1:])))
     else:
         with replace_when_complete(KEPT) as temporary:
             text = json.dumps(worked_out(names()), indent=2)
