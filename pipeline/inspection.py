@@ -105,17 +105,15 @@ def describe_network(path: Path) -> str:
 def describe_geopackage(path: Path) -> str:
     """Layers with their rows, geometry and columns."""
     import pyogrio
-    from pyogrio.errors import DataSourceError
 
-    try:
-        with warnings.catch_warnings():
-            # pyogrio leaves out the fourth coordinate of trajectories, and says so
-            warnings.filterwarnings("ignore", message="Measured")
-            layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
-    except DataSourceError as error:
-        raise InputError(
-            [Fault(f"is no GeoPackage that can be read: {error}", str(path))]
-        ) from None
+    from uxsim_geo.damage import damage_as_fault
+
+    faults, layers = Faults(str(path)), []
+    with warnings.catch_warnings(), damage_as_fault(faults, "is no GeoPackage that can be read"):
+        # pyogrio leaves out the fourth coordinate of trajectories, and says so
+        warnings.filterwarnings("ignore", message="Measured")
+        layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
+    faults.raise_if_any()
     rows = [
         (
             str(layer["layer_name"]),
@@ -130,8 +128,11 @@ def describe_geopackage(path: Path) -> str:
 
 def describe_table(path: Path) -> str:
     """Rows, columns with their type and range, and the first rows."""
-    from uxsim_geo.parquet import read_tables
+    from uxsim_geo.parquet import check_parquet, read_tables
 
+    faults = Faults(str(path))
+    if not check_parquet(path, faults):
+        faults.raise_if_any()
     (table,) = read_tables(path)
     rows = [
         (str(name), str(table[name].dtype), _range(table[name]), _missing(table[name]))
