@@ -36,6 +36,10 @@ _STATE = "state.json"
 _MOMENT = (1980, 1, 1, 0, 0, 0)  # of every part: the same run gives the same bytes
 _LARGEST = 1 << 36  # bytes of one array
 
+#: bytes to which a saved run may unpack, whatever its size, and as a multiple of it
+_LEAST_BYTES = 500_000_000
+_RATIO = 200
+
 #: parts of the world that are worked on and hold nothing between two steps
 _SCRATCH = ("heap", "event", "pending_words")
 #: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
@@ -45,7 +49,9 @@ _DAMAGED = (
     KeyError,
     TypeError,
     AttributeError,
+    ArithmeticError,
     EOFError,
+    MemoryError,  # an array that says to be larger than any
     RuntimeError,
     zipfile.BadZipFile,
     zlib.error,
@@ -75,6 +81,7 @@ def read_saved(path: Path) -> tuple[Network, dict[str, Any], Arrays]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
+            _check_size(archive, path.stat().st_size)
             state = json.loads(archive.read(_STATE))
             if state["saved_by"] != __version__:
                 what = f"was saved by version {state['saved_by']}, this is {__version__}: run again"
@@ -98,6 +105,13 @@ def read_saved(path: Path) -> tuple[Network, dict[str, Any], Arrays]:
         what = f"is not a saved simulation, or is damaged: {error}"
         raise InputError([Fault(what, str(path))]) from None
     return network, state, arrays
+
+
+def _check_size(archive: zipfile.ZipFile, packed: int) -> None:
+    """Raise ValueError for an archive that unpacks to far more than saved runs do."""
+    size = sum(part.file_size for part in archive.infolist())
+    if size > max(_LEAST_BYTES, _RATIO * packed):
+        raise ValueError(f"it unpacks to {size / 1e6:,.0f} MB")
 
 
 def _to_bytes(array: npt.NDArray[Any]) -> bytes:
