@@ -48,7 +48,9 @@ _DAMAGED = (
     KeyError,
     TypeError,
     AttributeError,
+    ArithmeticError,
     EOFError,
+    MemoryError,  # an array that says to be larger than any
     RuntimeError,
     zipfile.BadZipFile,
     zlib.error,
