@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from uxsim_geo.engine.choice import may_choose
-from uxsim_geo.engine.link import is_origin, next_green, opening_bound, platoon_at
+from uxsim_geo.engine.link import is_origin, next_green, opening_bound
 from uxsim_geo.engine.records import Queues, World, kernel
 
 
@@ -39,14 +39,13 @@ def sleep_until(w: World, queue):
     or change from outside. Rounding must not make it too late: it is put a hair too early.
     """
     clock, node = w.links.clock[0], w.routes.node[queue["end_node"]]
-    platoon = platoon_at(w.links, queue, queue["left"])
     latest = min(clock["update_step"], clock["control_step"]) * clock["step_length"]
     bound = latest
-    v = platoon["vertex"]
+    v = queue["vertex"]
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
         if may_choose(w, queue, arc):
             link = np.int64(w.routes.arc[arc]["link"])
-            opens, _ = opening_bound(w.links, link, platoon["vehicles"])
+            opens, _ = opening_bound(w.links, link, queue["vehicles"])
             bound = min(bound, opens)
     if node["headway"] > 0.0 and not is_origin(queue):
         bound = max(bound, node["open"])

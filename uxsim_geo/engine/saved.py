@@ -37,7 +37,7 @@ _MOMENT = (1980, 1, 1, 0, 0, 0)  # of every part: the same run gives the same by
 _LARGEST = 1 << 36  # bytes of one array
 
 #: parts of the world that are worked on and hold nothing between two steps
-_SCRATCH = ("heap", "event", "pending_words")
+_SCRATCH = ("candidate", "heap", "event", "pending_words")
 #: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
 _DAMAGED = (
     OSError,
@@ -170,7 +170,6 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.routes.road, (links,)),
         (filled.routes.driver, (drivers,)),
         (filled.routes.node, world.routes.node.shape),
-        (filled.routes.into, filled.links.queue.shape),
         (filled.routes.vertex, world.routes.vertex.shape),
         (filled.routes.arc, world.routes.arc.shape),
         (filled.routes.incoming, world.routes.incoming.shape),
