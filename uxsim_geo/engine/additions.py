@@ -120,7 +120,7 @@ def _with_platoons_at_home(world: World, home: Records, node: Ints) -> tuple[Wor
         ring = ring[np.argsort(ring["enter"], kind="stable")]
         queue["base"][q], queue["mask"][q] = used - one["left"], np.iinfo(np.int32).max
         queue["entered"][q] = one["left"] + ring.size
-        queue["hole"][q], queue["hole_vehicles"][q] = one["left"], one["vehicles_left"]
+        queue["next_hole"][q], queue["hole_vehicles"][q] = one["left"], one["vehicles_left"]
         rings.append(ring)
         used += ring.size
     rings_in_row = np.concatenate(rings)

@@ -152,7 +152,7 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     link["key"] = text_keys(links["link_id"].astype(str))
     link["base"] = np.arange(count) * _FIRST_RING
     link["mask"] = _FIRST_RING - 1
-    link["hole"] = -1
+    link["hole"] = link["next_hole"] = -1
     return queue
 
 

@@ -18,17 +18,24 @@ from uxsim_geo.engine.records import Queues, World, kernel
 
 @kernel
 def wait(w: World, q, step, horizon):
-    """List queue q in the calendar for the step in which its first platoon is to be seen next."""
+    """List queue q, after a visit, for the step in which its first platoon is to be seen next."""
     queue, clock = w.links.queue[q], w.links.clock[0]
-    if queue["ready"] == math.inf or queue["listed_step"] >= 0:
+    if queue["listed_step"] >= 0:
         return
-    target = step_of(clock, queue["ready"])
-    if queue["ready"] < horizon:
-        target = step + 1
-        if clock["sleep"]:
-            queue["due"] = sleep_until(w, queue)
-            target = step_of(clock, queue["due"])
-    list_for(w, q, max(target, step + 1))
+    if queue["ready"] >= horizon:
+        await_ready(w, q, step)
+    elif clock["sleep"]:
+        queue["due"] = sleep_until(w, queue)
+        list_for(w, q, max(step_of(clock, queue["due"]), step + 1))
+    else:
+        list_for(w, q, step + 1)
+
+
+@kernel
+def await_ready(w: World, q, step):
+    """List queue q for the step in which its first platoon is ready, a later one than this."""
+    if w.links.queue[q]["ready"] < math.inf:
+        list_for(w, q, max(step_of(w.links.clock[0], w.links.queue[q]["ready"]), step + 1))
 
 
 @kernel

@@ -33,11 +33,11 @@ def sense_state(links: Links, road, standing, waiting):
 @kernel
 def vehicles_gone_out(links: Links, queue, time):
     """Count the vehicles of an origin that have left home by a time; it goes on from the last."""
-    while queue["hole"] < queue["entered"]:
-        platoon = platoon_at(links, queue, queue["hole"])
+    while queue["next_hole"] < queue["entered"]:
+        platoon = platoon_at(links, queue, queue["next_hole"])
         if platoon["enter"] > time:
             break
-        queue["hole"] += 1
+        queue["next_hole"] += 1
         queue["hole_vehicles"] += platoon["vehicles"]
     return queue["hole_vehicles"]
 

@@ -85,7 +85,10 @@ def room_bound(links: Links, queue, vehicles):
     surplus = queue["vehicles_entered"] - queue["storage"]
     if surplus + vehicles <= 0.0:
         return -math.inf, True
-    previous, before = find_exit(links, queue, queue["hole"], queue["hole_vehicles"], surplus)
+    previous, before = find_exit(
+        links, queue, queue["next_hole"], queue["hole_vehicles"], surplus
+    )
+    queue["next_hole"], queue["hole_vehicles"] = previous, before
     number = previous + 1
     leaves = exit_bound(links, queue, number, before)
     hole = leaves + surplus * queue["exit_headway"]
@@ -164,9 +167,7 @@ def enter(links: Links, q, platoon, vertex, time):
     `vertex` is the one to which it comes at the end of the link.
     """
     queue = links.queue[q]
-    surplus = queue["vehicles_entered"] - queue["storage"]
-    hole, passed = find_exit(links, queue, queue["hole"], queue["hole_vehicles"], surplus)
-    queue["hole"], queue["hole_vehicles"] = hole, passed
+    queue["hole"] = queue["next_hole"]
     place = platoon_at(links, queue, queue["entered"])
     place["key"] = platoon["key"]
     place["trip"] = platoon["trip"]

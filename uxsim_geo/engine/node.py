@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from uxsim_geo.engine.calendar import await_arrival, wait
+from uxsim_geo.engine.calendar import await_arrival, await_ready, wait
 from uxsim_geo.engine.choice import choose
 from uxsim_geo.engine.link import (
     enter,
@@ -32,6 +32,8 @@ from uxsim_geo.engine.records import (
     spliced,
 )
 
+UNKNOWN = -1.0  # a time that has to be worked out
+
 
 @spliced
 def visit(w: World, v, step):
@@ -44,7 +46,7 @@ def visit(w: World, v, step):
     horizon = min((step + 1) * clock["step_length"], clock["end"])
     candidates = gather(w, v, step, horizon)
     while True:
-        winner = earliest(w, candidates, horizon)
+        winner = earliest(w, candidates, step, horizon)
         if winner < 0:
             break
         if not has_room(w, winner):
@@ -53,7 +55,6 @@ def visit(w: World, v, step):
         if clock["deterministic"] and taken >= 0:
             settle_credits(w, winner, candidates)
         move(w, winner, step)
-        consider(w, winner, step, horizon)
         renew_rivals(w, candidates, taken, time)
     for place in range(candidates):
         wait(w, w.calendar.candidate[place], step, horizon)
@@ -62,27 +63,38 @@ def visit(w: World, v, step):
 
 @spliced
 def gather(w: World, v, step, horizon):
-    """List the queues of node v whose first platoons may move in this step; gives how many."""
-    count = 0
-    for q in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
-        count = admit(w, q, count, step, horizon)
-    if w.routes.node[v]["origin"] >= 0:
-        count = admit(w, w.routes.node[v]["origin"], count, step, horizon)
+    """List the queues of node v whose first platoons are ready in this step; gives how many.
+
+    The others are seen to be listed for the steps in which theirs are.
+    """
+    count, origin = 0, w.routes.node[v]["origin"]
+    first, last = w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]
+    for place in range(first, last + (origin >= 0)):
+        q = place if place < last else origin
+        queue = w.links.queue[q]
+        if queue["ready"] < horizon:
+            queue["feasible"] = UNKNOWN
+            w.calendar.candidate[count] = q
+            count += 1
+        elif queue["listed_step"] < 0:
+            await_ready(w, q, step)
     return count
 
 
-@kernel
-def admit(w: World, q, count, step, horizon):
-    """Add queue q to the candidates if it is ready in this step, else see that it is in another."""
-    if w.links.queue[q]["ready"] < horizon:
-        w.calendar.candidate[count] = q
-        consider(w, q, step, horizon)
-        return count + 1
-    wait(w, q, step, horizon)
-    return count
+@spliced
+def earliest(w: World, candidates, step, horizon):
+    """Give the queue whose first platoon moves next, -1 if none can before the step ends."""
+    winner = -1
+    for place in range(candidates):
+        q = w.calendar.candidate[place]
+        if w.links.queue[q]["feasible"] == UNKNOWN:
+            consider(w, q, step, horizon)
+        if w.links.queue[q]["feasible"] < horizon and (winner < 0 or goes_before(w, q, winner)):
+            winner = q
+    return winner
 
 
-@kernel
+@spliced
 def consider(w: World, q, step, horizon):
     """Work out when the first platoon of queue q could move; inf: not in this step."""
     queue = w.links.queue[q]
@@ -106,17 +118,6 @@ def time_of_move(w: World, queue):
     if node["headway"] > 0.0 and not is_origin(queue):
         time = max(time, node["open"])
     return next_green(w.links, queue, time)
-
-
-@kernel
-def earliest(w: World, candidates, horizon):
-    """Give the queue whose first platoon moves next, -1 if none can before the step ends."""
-    winner = -1
-    for place in range(candidates):
-        q = w.calendar.candidate[place]
-        if w.links.queue[q]["feasible"] < horizon and (winner < 0 or goes_before(w, q, winner)):
-            winner = q
-    return winner
 
 
 @kernel
@@ -207,6 +208,7 @@ def move(w: World, q, step):
     elif choice >= 0:
         set_out(w, platoon, time)
     leave(w.links, q, time)
+    queue["feasible"] = UNKNOWN
 
 
 @kernel
@@ -251,7 +253,7 @@ def end_trip(w: World, platoon, choice, time):
 
 @kernel
 def renew_rivals(w: World, candidates, taken, time):
-    """Work out again when those can move who wait for an out-link that has just been entered."""
+    """Have it worked out again when those can move who wait for the out-link just entered."""
     if taken < 0:
         return
     for place in range(candidates):
@@ -262,4 +264,4 @@ def renew_rivals(w: World, candidates, taken, time):
         if rival["choice"] == taken or limited:
             if rival["feasible"] == time:
                 rival["lost"] += 1
-            rival["feasible"] = time_of_move(w, rival)
+            rival["feasible"] = UNKNOWN

@@ -77,10 +77,10 @@ QUEUE = np.dtype(
         ("entry_headway", np.float64),  # 1 / Q_in, s per vehicle
         ("room", np.float64),  # from here on there is room for `room_for` vehicles, s
         ("room_for", np.int32),  # 0: has to be worked out
-        # the last platoon before the exit that let the last entry in, or -1; of an origin: the
-        # first that has not been seen to have left home, `hole_vehicles` being those before it
-        ("hole", np.int32),
-        ("hole_vehicles", np.float64),  # vehicles up to and with platoon `hole`
+        # the last platoon before the exit that lets the next entry in, or -1, found with the room;
+        # of an origin: the first that has not been seen to have left home, `hole_vehicles` before it
+        ("next_hole", np.int32),
+        ("hole_vehicles", np.float64),  # vehicles up to and with platoon `next_hole`
         ("vehicles_entered", np.float64),
         ("storage", np.float64),  # m κ L, at least a platoon, vehicles
         ("hole_time", np.float64),  # L τ κ, s: a hole travels back over the link
@@ -92,7 +92,8 @@ QUEUE = np.dtype(
         ("offset", np.float64),  # s: when the first cycle of the signal begins
         ("first_green", np.int32),  # its greens: first_green to last_green in `Links.green`
         ("last_green", np.int32),
-        ("padding", np.float64, 2),
+        ("hole", np.int32),  # what `next_hole` was for the last entry
+        ("padding", np.int32, 3),
     ],
     align=True,
 )
