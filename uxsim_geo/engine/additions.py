@@ -58,9 +58,10 @@ def add_platoons(
     table["known"][table["outstanding"] == 0] = 0
     table["outstanding"] += outstanding.astype(np.int64)
     trips = np.concatenate([world.log.trip, trips_of(added, node_of_code, wishes)])
+    keys = np.concatenate([world.log.key, added.key])
     world = world._replace(
         routes=world.routes._replace(given=wishes.given.astype(np.int32)),
-        log=world.log._replace(trip=trips),
+        log=world.log._replace(trip=trips, key=keys),
     )
     world = _with_trips_by_destination(world, np.concatenate([before, destination]))
     node = node_of_code[added.origin]

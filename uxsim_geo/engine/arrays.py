@@ -105,6 +105,7 @@ def build_world(
         ),
         log=Log(
             trip=trips_of(platoons, node_of_code, wishes),
+            key=platoons.key,
             event=np.empty(max(_EVENT_BUFFER, largest_link), records.EVENT),
             trips_by_destination=np.argsort(destination, kind="stable").astype(np.int32),
         ),
@@ -177,7 +178,6 @@ def origin_platoons(
 ) -> Records:
     """Make the records of platoons at home, where they begin; their trips follow one another."""
     home = np.empty(platoons.depart.size, PLATOON)
-    home["key"] = platoons.key
     home["enter"] = home["exit"] = platoons.depart
     home["trip"] = first_trip + np.arange(home.size)
     home["destination"] = destination
@@ -205,8 +205,7 @@ def _fill_origins(queue: Records, home: Records, queue_of_platoon: Ints, size: i
     origin["entered"] = counts
     of_first = pool[room + first]
     origin["ready"] = origin["due"] = of_first["enter"]
-    origin["who"] = of_first["key"]
-    for name in ("vehicles", "vertex", "destination"):
+    for name in ("trip", "vehicles", "vertex", "destination"):
         origin[name] = of_first[name]
     return pool
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from uxsim_geo.engine.link import platoon_at
 from uxsim_geo.engine.random import CHOICE, draw
 from uxsim_geo.engine.records import ARRIVE, DEAD_END, NOTHING, World, kernel, spliced
 
@@ -38,7 +37,7 @@ def choose(w: World, q, step):
 @kernel
 def first_trip(w: World, queue):
     """Give the trip of the first platoon of a queue."""
-    return w.log.trip[platoon_at(w.links, queue, queue["left"])["trip"]]
+    return w.log.trip[queue["trip"]]
 
 
 @spliced
@@ -54,7 +53,7 @@ def draw_arc(w: World, queue, step):
     if options > 1:
         mark = -1.0
         if not clock["deterministic"]:
-            mark = total * draw(queue["who"], queue["key"], CHOICE, step)
+            mark = total * draw(w.log.key[queue["trip"]], queue["key"], CHOICE, step)
         arc = pick(w, v, destination, trail, mark)
     want(w, queue, arc)
     return options

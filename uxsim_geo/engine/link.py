@@ -85,9 +85,7 @@ def room_bound(links: Links, queue, vehicles):
     surplus = queue["vehicles_entered"] - queue["storage"]
     if surplus + vehicles <= 0.0:
         return -math.inf, True
-    previous, before = find_exit(
-        links, queue, queue["next_hole"], queue["hole_vehicles"], surplus
-    )
+    previous, before = find_exit(links, queue, queue["next_hole"], queue["hole_vehicles"], surplus)
     queue["next_hole"], queue["hole_vehicles"] = previous, before
     number = previous + 1
     leaves = exit_bound(links, queue, number, before)
@@ -144,7 +142,7 @@ def see_first(links: Links, queue):
     if queue["left"] < queue["entered"]:
         first = platoon_at(links, queue, queue["left"])
         queue["ready"] = max(first["exit"], queue["exit_open"])
-        queue["who"], queue["vehicles"] = first["key"], first["vehicles"]
+        queue["trip"], queue["vehicles"] = first["trip"], first["vehicles"]
         queue["vertex"], queue["destination"] = first["vertex"], first["destination"]
     queue["due"] = queue["ready"]
 
@@ -169,7 +167,6 @@ def enter(links: Links, q, platoon, vertex, time):
     queue = links.queue[q]
     queue["hole"] = queue["next_hole"]
     place = platoon_at(links, queue, queue["entered"])
-    place["key"] = platoon["key"]
     place["trip"] = platoon["trip"]
     place["destination"] = platoon["destination"]
     place["vehicles"] = platoon["vehicles"]

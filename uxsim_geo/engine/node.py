@@ -144,7 +144,7 @@ def lot(w: World, queue):
     """Draw the lot of the first platoon of a queue for the opening it waits for."""
     if w.links.clock[0]["deterministic"]:
         return -(queue["credit"] + queue["merge_priority"] * queue["vehicles"])
-    chance = draw(queue["who"], queue["key"], MERGE, queue["lost"])
+    chance = draw(w.log.key[queue["trip"]], queue["key"], MERGE, queue["lost"])
     return -math.log(1.0 - chance) * queue["vehicles"] / queue["merge_priority"]
 
 

@@ -31,7 +31,6 @@ compiled = entry(nogil=True, **_OPTIONS)
 #: a platoon in a queue: in a link, or waiting in its origin
 PLATOON = np.dtype(
     [
-        ("key", np.uint64),  # its random identity
         ("enter", np.float64),  # entered the link (origin: left home), s
         ("exit", np.float64),  # left the link, s; until then: is at its end in free flow
         ("trip", np.int32),  # row of its trip
@@ -60,10 +59,9 @@ QUEUE = np.dtype(
         ("vertex", np.int32),  # of the first platoon, as in its record
         ("destination", np.int32),
         ("vehicles", np.int32),
-        ("locked", np.int32),  # 1: it will never move again
+        ("trip", np.int32),
         # its exit, and its platoons, numbered by entry: how many have come and gone
-        ("who", np.uint64),  # random identity of the first platoon
-        ("key", np.uint64),  # its own
+        ("key", np.uint64),  # its random identity
         ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
         ("exit_headway", np.float64),  # 1 / Q_out, s per vehicle
         ("vehicles_left", np.float64),
@@ -72,6 +70,7 @@ QUEUE = np.dtype(
         ("left", np.int32),
         ("entered", np.int32),
         ("cycle", np.float64),  # of the signal at its exit, s; 0: there is none
+        ("due", np.float64),  # its first platoon certainly leaves no earlier, s
         # its entry
         ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
         ("entry_headway", np.float64),  # 1 / Q_in, s per vehicle
@@ -86,14 +85,14 @@ QUEUE = np.dtype(
         ("hole_time", np.float64),  # L τ κ, s: a hole travels back over the link
         # the rest
         ("free_time", np.float64),  # L / u, s
-        ("due", np.float64),  # its first platoon certainly leaves no earlier, s
         ("merge_priority", np.float64),
         ("credit", np.float64),  # vehicles · Σα that it has let others go before it, without draws
         ("offset", np.float64),  # s: when the first cycle of the signal begins
         ("first_green", np.int32),  # its greens: first_green to last_green in `Links.green`
         ("last_green", np.int32),
         ("hole", np.int32),  # what `next_hole` was for the last entry
-        ("padding", np.int32, 3),
+        ("locked", np.int32),  # 1: it will never move again
+        ("padding", np.float64, 2),
     ],
     align=True,
 )
@@ -299,6 +298,7 @@ class Log(NamedTuple):
     """What a run leaves behind."""
 
     trip: np.ndarray  # (trips,) TRIP
+    key: np.ndarray  # (trips,) uint64: random identity of the platoon
     event: np.ndarray  # (buffer,) EVENT
     trips_by_destination: np.ndarray  # (trips,) int32
 

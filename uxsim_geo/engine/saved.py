@@ -179,6 +179,7 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.calendar.bucket, world.calendar.bucket.shape),
         (filled.calendar.pending, world.calendar.pending.shape),
         (filled.log.trips_by_destination, filled.log.trip.shape),
+        (filled.log.key, filled.log.trip.shape),
     ):
         if array.shape != shape:
             raise ValueError("arrays do not fit together")
