@@ -77,7 +77,7 @@ QUEUE = np.dtype(
         ("room", np.float64),  # from here on there is room for `room_for` vehicles, s
         ("room_for", np.int32),  # 0: has to be worked out
         # the last platoon before the exit that lets the next entry in, or -1, found with the room;
-        # of an origin: the first that has not been seen to have left home, `hole_vehicles` before it
+        # of an origin: the first not seen to have left home, `hole_vehicles` being before it
         ("next_hole", np.int32),
         ("hole_vehicles", np.float64),  # vehicles up to and with platoon `next_hole`
         ("vehicles_entered", np.float64),
