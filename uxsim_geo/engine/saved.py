@@ -40,7 +40,7 @@ _LARGEST = 1 << 36  # bytes of one array
 _RATIO, _LEAST_BYTES = 230, 64_000_000
 
 #: parts of the world that are worked on and hold nothing between two steps
-_SCRATCH = ("heap", "event", "pending_words")
+_SCRATCH = ("candidate", "heap", "event", "pending_words")
 #: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
 _DAMAGED = (
     OSError,
@@ -183,7 +183,6 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.routes.road, (links,)),
         (filled.routes.driver, (drivers,)),
         (filled.routes.node, world.routes.node.shape),
-        (filled.routes.into, filled.links.queue.shape),
         (filled.routes.vertex, world.routes.vertex.shape),
         (filled.routes.arc, world.routes.arc.shape),
         (filled.routes.incoming, world.routes.incoming.shape),
@@ -193,6 +192,7 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.calendar.bucket, world.calendar.bucket.shape),
         (filled.calendar.pending, world.calendar.pending.shape),
         (filled.log.trips_by_destination, filled.log.trip.shape),
+        (filled.log.key, filled.log.trip.shape),
     ):
         if array.shape != shape:
             raise ValueError("arrays do not fit together")
