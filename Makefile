@@ -65,7 +65,7 @@ bench: $(INSTALLED)
 	env $(if $(BENCH_PYTHON),BENCH_PYTHON=$(BENCH_PYTHON)) $(BIN)/python benchmarks $(if $(QUICK),--quick)
 	$(if $(QUICK),,$(BIN)/python benchmarks/page.py build/bench/results.json docs/performance.md)
 	$(if $(wildcard benchmarks/routes.py),$(BIN)/python benchmarks/routes.py)
-	$(if $(wildcard benchmarks/memory.py),$(BIN)/python benchmarks/memory.py)
+	$(if $(wildcard benchmarks/memory.py),$(if $(QUICK),,$(BIN)/python benchmarks/memory.py))
 
 lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock

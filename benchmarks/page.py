@@ -127,13 +127,15 @@ def table(titles: list[str], rows: list[list[str]]) -> str:
 
 
 def _machine(results: dict[str, Any]) -> str:
-    told = results["machine"]
-    versions = {"uxsim-geo": results["version"], "Python": told["python"]} | told["libraries"]
+    on = results["machine"]
+    versions = {"uxsim-geo": results["version"], "Python": on["python"]} | on["libraries"]
     versions |= results["peers"]
     return (
-        f"Measured {told['date']} on {told['processor']}, {told['cores']} cores, "
-        f"{told['memory_gb']:.0f} GB, {told['system']}: "
-        f"{', '.join(f'{name} {version}' for name, version in versions.items())}."
+        f"Measured {on['date']} on {on['processor']}, {on['cores']} cores, "
+        f"{on['memory_gb']:.0f} GB, {on['system']}: "
+        f"{', '.join(f'{name} {version}' for name, version in versions.items())}. "
+        "The first start, compiling where that was needed, took "
+        f"{number(results['first_start_s'])} s."
     )
 
 

@@ -81,10 +81,10 @@ def compared() -> list[Case]:
     sioux, sketch = cities.sioux_falls, cities.chicago_sketch
     hours = {"duration": 10_000.0, "files": SKETCH}
     return [
-        Case("sioux-falls-5", "Sioux Falls, Δn 5", sioux, ALL, 7),
-        Case("sioux-falls-1", "Sioux Falls, Δn 1", sioux, ALL[:3], platoon_size=1),
-        Case("grid-11", "grid 11 × 11, Δn 5", cases.grid, ALL, 7),
-        Case("sketch-30", "Chicago-Sketch, Δn 30", sketch, ALL, platoon_size=30, **hours),
+        Case("sioux-falls-5", "Sioux Falls, Δn 5", sioux, ALL),
+        Case("sioux-falls-1", "Sioux Falls, Δn 1", sioux, ALL[:3], 3, platoon_size=1),
+        Case("grid-11", "grid 11 × 11, Δn 5", cases.grid, ALL),
+        Case("sketch-30", "Chicago-Sketch, Δn 30", sketch, ALL, 3, platoon_size=30, **hours),
         Case("sketch-5", "Chicago-Sketch, Δn 5", sketch, ALL[:2], 3, **hours),
     ]
 
@@ -95,7 +95,7 @@ def large() -> list[Case]:
     threads = min(2, os.cpu_count() or 1)
     regional = cities.chicago_regional
     return [
-        Case("city-1m", "grid 100 × 100, 1 M vehicles, 200 zones", city, ALL[:2], 3),
+        Case("city-1m", "grid 100 × 100, 1 M vehicles, 200 zones", city, rounds=3),
         Case(
             "regional",
             f"Chicago-regional, 1.3 M vehicles, {threads} threads",

@@ -205,6 +205,7 @@ def test_the_page_tells_medians_ratios_and_what_was_not_run() -> None:
     results = {
         "machine": machine | {"system": "Linux", "python": "3.11", "libraries": {}},
         "version": "0.1",
+        "first_start_s": 9.0,
         "peers": {"UXsim": "1.15.1"},
         "cases": [case],
         "runs": runs,
