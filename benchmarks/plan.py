@@ -28,6 +28,15 @@ AXES = {
     "threads": "threads, updates of routes to 1,000 destinations",
 }
 
+TITLES = {
+    "vehicles": "{:,.0f} vehicles on 39,600 links",
+    "network": "{:,.0f} vehicles on a grid that grows",
+    "links": "{:,.0f} links",
+    "destinations": "{:,.0f} destinations",
+    "platoon": "Δn {:,.0f}",
+    "threads": "threads: {:,.0f}",
+}
+
 
 @dataclass(frozen=True)
 class Case:
@@ -148,7 +157,7 @@ def _vehicles(case: Case) -> float:
 
 
 def _point(name: str, value: float, make: Callable[[], cases.Tables], **more: object) -> Case:
-    title = f"{name} {value:,g}" if value < 1e5 else f"{name} {value:,.0f}"
+    title = TITLES[name].format(value)
     how = {"rounds": SERIES_ROUNDS, "series": name, "value": value} | more
     return Case(f"{name}-{value:g}", title, make, **how)  # type: ignore[arg-type]
 

@@ -56,6 +56,8 @@ def draw(results: dict[str, Any], path: Path) -> None:
         _draw_panel(axis, panel, results)
     for axis in axes.flat[len(panels) :]:
         axis.set_axis_off()
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), frameon=False)
     figure.savefig(path, dpi=100, metadata={"Software": None})
     pyplot.close(figure)
 
@@ -80,8 +82,6 @@ def _draw_panel(axis: Axes, panel: Panel, results: dict[str, Any]) -> None:
     axis.grid(visible=True, which="major", linewidth=0.4, color="#dddddd")
     axis.spines[["top", "right"]].set_visible(False)
     _mark(axis, lines)
-    if len(lines) > 1:
-        axis.legend(frameon=False, fontsize=8)
 
 
 def _draw_line(axis: Axes, points: np.ndarray, style: str, colour: str, label: str) -> None:
@@ -111,20 +111,20 @@ def _draw_guide(axis: Axes, points: np.ndarray, slope: float) -> None:
 
 
 def _mark(axis: Axes, lines: list[np.ndarray]) -> None:
-    """Name values where they are few and less than a decade apart."""
-    from matplotlib.ticker import FuncFormatter, NullLocator
+    """Write plain numbers, and name every value where they are within two decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
     plain = FuncFormatter(lambda value, _: f"{value:,.4g}" if value < 1e4 else f"{value:,.0f}")
-    axis.yaxis.set_major_formatter(plain)
-    axis.xaxis.set_major_formatter(plain)
+    low, high = axis.get_ylim()
+    if high / low < 100:
+        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    for one in (axis.xaxis, axis.yaxis):
+        one.set_major_formatter(plain)
+        one.set_minor_formatter(NullFormatter())
     values = sorted({value for points in lines for value in points[:, 0]})
     if values and values[-1] / values[0] < 100:
         axis.set_xticks(values)
         axis.xaxis.set_minor_locator(NullLocator())
-    low, high = axis.get_ylim()
-    if high / low < 20:
-        axis.yaxis.set_minor_formatter(plain)
-        axis.tick_params(axis="y", which="minor", labelsize=7)
 
 
 def _points(results: dict[str, Any], series: str, engine: str, name: str) -> np.ndarray:
