@@ -50,7 +50,8 @@ def main() -> None:
             continue
         print(f"{time.perf_counter() - started:6.0f} s  {case.title}", flush=True)
         run_case(case, told, engines, results)
-        save(results, told.out)
+        save(results, told.out)  # what stands when somebody stops it here
+    save(results, told.out)
     write(results, told.out / "performance.md")
     print(f"{time.perf_counter() - started:6.0f} s  see {told.out / 'performance.md'}")
 

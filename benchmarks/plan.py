@@ -159,7 +159,7 @@ def _vehicles(case: Case) -> float:
 def _point(name: str, value: float, make: Callable[[], cases.Tables], **more: object) -> Case:
     title = TITLES[name].format(value)
     how = {"rounds": SERIES_ROUNDS, "series": name, "value": value} | more
-    return Case(f"{name}-{value:g}", title, make, **how)  # type: ignore[arg-type]
+    return Case(f"{name}-{value:g}", title, make, **how)
 
 
 def _grown(size: int) -> Case:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from cases import Tables, at_home, city, grid, write_tables
+from conftest import REPOSITORY
 from figures import Goal, Place, Spread, is_met, ratio, spread
 from page import number, page, told
 from plan import OURS, UXSIM, compared, large, series
@@ -168,6 +170,18 @@ def test_a_run_of_ours_counts_entries_and_vehicles(tmp_path: Path) -> None:
     assert figures["vehicles"] == figures["completed"] == 50
     assert figures["entries"] == 50 / 5 * 2
     assert figures["peak_mb"] > figures["run_mb"]
+
+
+def test_the_program_runs_what_it_is_asked_for(tmp_path: Path) -> None:
+    command = [sys.executable, REPOSITORY / "benchmarks", "--quick", "--rounds", "1"]
+    command += ["--only", "network-10000", "--out", tmp_path, "--peers", sys.executable]
+    subprocess.run(command, check=True, capture_output=True, cwd=tmp_path)
+    results = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert [case["key"] for case in results["cases"]] == ["network-10000"]
+    (ours,) = (run for run in results["runs"] if run["engine"] == OURS)
+    assert ours["figures"]["vehicles"] == 10_000
+    assert "10,000 vehicles on a grid that grows" in (tmp_path / "performance.md").read_text()
+    assert (tmp_path / "images" / "performance_growth.png").stat().st_size > 10_000
 
 
 def record(engine: str, number: int, **figures: float) -> dict[str, Any]:
