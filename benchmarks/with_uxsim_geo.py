@@ -63,14 +63,12 @@ def settings(asked: Told) -> Settings:
     from uxsim_geo.settings import Settings
 
     case = asked.case
-    more = {} if case["threads"] == 1 else {"threads": case["threads"]}
     return Settings(
         case["duration"],
         case["platoon_size"],
         route_update_interval=case["route_update_interval"],
         demand_rounding=case["demand_rounding"],
         seed=asked.options["seed"],
-        **more,
     )
 
 
@@ -81,7 +79,7 @@ def run_whole(asked: Told) -> dict[str, float]:
     started = time.perf_counter()
     network, demand = read(asked.folder)
     how = settings(asked)
-    run = Simulation(network, demand, how)
+    run = Simulation(network, demand, how, threads=asked.case["threads"])
     before = time.process_time()
     run.advance(how.duration)
     busy = time.process_time() - before
@@ -105,7 +103,7 @@ def update_routes(asked: Told) -> dict[str, float]:
     started = time.perf_counter()
     network, demand = read(asked.folder)
     how = settings(asked)
-    run = Simulation(network, demand, how)
+    run = Simulation(network, demand, how, threads=asked.case["threads"])
     ready = time.perf_counter() - started
     taken = []
     for number in range(asked.case["updates"]):
