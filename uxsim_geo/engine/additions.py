@@ -18,7 +18,9 @@ from uxsim_geo.engine.arrays import (
     set_origins,
     trips_of,
 )
+from uxsim_geo.engine.history import empty_memory
 from uxsim_geo.engine.records import World
+from uxsim_geo.engine.slots import give_slots
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
@@ -43,13 +45,16 @@ def platoons_to_add(demand: Demand, settings: Settings, platoons: Platoons, now:
 
 
 def add_platoons(
-    world: World, added: Platoons, wishes: Wishes, network: Network
+    world: World, added: Platoons, wishes: Wishes, network: Network, rank: Ints
 ) -> tuple[World, Ints]:
-    """Put platoons into a world that runs; also gives the queues of their origins."""
+    """Put platoons into a world that runs; also gives the queues of their origins.
+
+    ``rank`` is by which nodes are best ordered, (nodes,).
+    """
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
     node_of_code = node_ids.get_indexer(pd.Index(added.node_ids)).astype(np.int64)
     first_trip, before = world.log.trip.size, _destination_of_trips(world)
-    world, destination = _with_destinations(world, wishes, len(node_ids))
+    world, destination = _with_destinations(world, wishes, rank)
     outstanding = weighted_counts(
         destination, added.vehicles.astype(float), world.routes.destination.size
     )
@@ -70,18 +75,22 @@ def add_platoons(
     return _with_platoons_at_home(world, home, node)
 
 
-def _with_destinations(world: World, wishes: Wishes, nodes: int) -> tuple[World, Ints]:
+def _with_destinations(world: World, wishes: Wishes, rank: Ints) -> tuple[World, Ints]:
     """Add the destinations that are new; also gives that of every platoon."""
     routes = world.routes
-    wanted, own = destinations_of(wishes, nodes, routes.driver.size)
+    wanted, own = destinations_of(wishes, rank.size, routes.driver.size)
     known = {_identity(one): place for place, one in enumerate(routes.destination[:-1])}
     place_of = np.array(
         [known.setdefault(_identity(one), len(known)) for one in wanted[:-1]], np.int64
     )
     new = np.flatnonzero(place_of >= routes.destination.size - 1)
     table = np.concatenate([routes.destination[:-1], wanted[new], routes.destination[-1:]])
-    weight = np.concatenate([routes.weight, np.zeros((new.size, routes.arc.size), np.float32)])
-    return world._replace(routes=routes._replace(destination=table, weight=weight)), place_of[own]
+    batches, count = give_slots(table[:-1], rank), len(routes.worth)
+    history, weight = empty_memory(batches, routes.arc.size, count)
+    history[: len(routes.history)] = routes.history
+    weight[: len(routes.weight)] = routes.weight
+    routes = routes._replace(destination=table, history=history, weight=weight)
+    return world._replace(routes=routes), place_of[own]
 
 
 def _identity(destination: Records) -> tuple[int, int, int]:

@@ -12,8 +12,11 @@ import pandas as pd
 from uxsim_geo.demand.platoons import Floats, Ints, Platoons
 from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
+from uxsim_geo.engine.history import bytes_needed, empty_memory, worth_of_bytes
 from uxsim_geo.engine.population import weight_of_update
 from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
+from uxsim_geo.engine.router import Router
+from uxsim_geo.engine.slots import give_slots
 from uxsim_geo.engine.ways import arc_records, incoming_records, vertex_records
 from uxsim_geo.network.diagram import effective_capacity, storage
 from uxsim_geo.network.network import Network
@@ -44,6 +47,12 @@ class Wishes:
     route: Ints
     given: Ints
 
+    @property
+    def destinations(self) -> int:
+        """How many different destinations of the same drivers are chosen ways to."""
+        pairs = np.stack([self.driver, self.destination])[:, self.route < 0]
+        return int(np.unique(pairs, axis=1).shape[1])
+
 
 def build_world(
     network: Network,
@@ -52,10 +61,11 @@ def build_world(
     drivers: Records,
     settings: Settings,
     *,
-    paths: Paths,
+    router: Router,
     sleep: bool,
 ) -> World:
     """Build all records of a run; links stand in the order of :func:`order_of_links`."""
+    paths = router.paths
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
     row_of_link = order_of_links(paths)
     links = network.links.iloc[row_of_link]
@@ -63,6 +73,7 @@ def build_world(
     node_of_code = node_ids.get_indexer(pd.Index(platoons.node_ids)).astype(np.int64)
     origins, queue_of_platoon = np.unique(node_of_code[platoons.origin], return_inverse=True)
     destinations, destination = destinations_of(wishes, len(node_ids), drivers.size)
+    batches = give_slots(destinations[:-1], router.rank)
 
     road = _roads(links, settings)
     queue = _queues(links, road, origins, settings)
@@ -74,6 +85,8 @@ def build_world(
     rows = int(drivers["rows"].sum())
     arc = arc_records(paths, row_of_link)
     incoming = incoming_records(paths, arc)
+    worth = worth_of_updates(settings)
+    history, weight = empty_memory(batches, arc.size, len(worth))
     world = World(
         links=Links(
             clock=_clock(settings, len(links), sleep=sleep),
@@ -88,7 +101,9 @@ def build_world(
             arc=arc,
             incoming=incoming,
             destination=_count_trips(destinations, destination, platoons.vehicles),
-            weight=np.zeros((destinations.size - 1, arc.size), np.float32),
+            history=history,
+            worth=worth,
+            weight=weight,
             driver=drivers,
             observed=np.zeros((rows, len(links))),
             extra=np.zeros((drivers.size, len(links))),
@@ -255,6 +270,7 @@ def destinations_of(wishes: Wishes, nodes: int, drivers: int) -> tuple[Records, 
     code = (is_given * drivers + wishes.driver) * nodes + wishes.destination
     codes, destination = np.unique(code, return_inverse=True)
     table = np.zeros(codes.size + 1, records.DESTINATION)
+    table["slot"] = -1
     table["node"][:-1] = codes % max(nodes, 1)
     table["driver"][:-1] = codes // max(nodes, 1) % drivers
     table["given"][:-1] = codes // max(nodes * drivers, 1)
@@ -265,6 +281,13 @@ def _count_trips(table: Records, destination: Ints, vehicles: Ints) -> Records:
     table["outstanding"][:-1] = np.bincount(destination, vehicles)
     table["first_trip"][1:] = np.cumsum(np.bincount(destination))
     return table
+
+
+def worth_of_updates(settings: Settings) -> Floats:
+    """Return what bytes of the history are worth; without rows where weights are kept instead."""
+    share = weight_of_update(settings)
+    count = bytes_needed(share, is_logit=settings.route_choice == "logit")
+    return worth_of_bytes(share, count)
 
 
 def _clock(settings: Settings, links: int, *, sleep: bool) -> Records:

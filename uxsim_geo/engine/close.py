@@ -9,7 +9,6 @@ import numpy as np
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import advance_wave, opening, platoon_at, position
 from uxsim_geo.engine.records import World, kernel, spliced
-from uxsim_geo.engine.routes import find_free_flow_times
 
 
 @spliced
@@ -17,7 +16,6 @@ def finish_run(w: World):
     """End a run; False: the buffer of events is full, call again once it has room."""
     if w.links.clock[0]["swept"] == 0:  # not when called again
         find_locked(w)
-        find_free_flow_times(w)
     return write_remaining(w)
 
 

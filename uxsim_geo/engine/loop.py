@@ -6,11 +6,10 @@ import hashlib
 from pathlib import Path
 
 from uxsim_geo.engine.calendar import mark
-from uxsim_geo.engine.changes import find_ways, refresh_queues, sense_state, turn_away
+from uxsim_geo.engine.changes import refresh_queues, sense_state
 from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.node import visit
 from uxsim_geo.engine.records import Calendar, World, compiled, spliced
-from uxsim_geo.engine.routes import update_routes
 
 
 @spliced
@@ -40,10 +39,8 @@ def advance(w: World):
 
 @spliced
 def open_step(w: World, step):
-    """Update the routes if it is time, and mark the nodes of all queues listed for a step."""
+    """Mark the nodes of all queues listed for a step."""
     clock = w.links.clock[0]
-    if step == clock["update_step"]:
-        update_routes(w, step)
     q = w.calendar.bucket[step]
     while q >= 0:
         queue = w.links.queue[q]
@@ -91,18 +88,11 @@ def _entry_points(sources: str):
     def refresh(queues, changed):
         return len(sources) > 0 and refresh_queues(queues, changed)
 
-    @compiled
-    def avoid(w, avoided):
-        return len(sources) > 0 and turn_away(w, avoided)
-
-    @compiled
-    def introduce(w):
-        return len(sources) > 0 and find_ways(w)
-
-    return run_until, finish, sense, refresh, avoid, introduce
+    return run_until, finish, sense, refresh
 
 
-def _hash_of_sources() -> str:
+def hash_of_sources() -> str:
+    """Return the hash of all sources that are compiled."""
     engine = Path(__file__).parent
     library = engine.parent
     digest = hashlib.sha256()
@@ -111,5 +101,5 @@ def _hash_of_sources() -> str:
     return digest.hexdigest()
 
 
-#: see `advance`, `finish_run`, `sense_state`, `refresh_queues`, `turn_away` and `find_ways`
-run_until, finish, sense, refresh, avoid, introduce = _entry_points(_hash_of_sources())
+#: see `advance`, `finish_run`, `sense_state` and `refresh_queues`
+run_until, finish, sense, refresh = _entry_points(hash_of_sources())

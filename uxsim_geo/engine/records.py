@@ -126,7 +126,6 @@ NODE = np.dtype(
 #: and for all who have come along the beginning of a banned path another one at the same node
 VERTEX = np.dtype(
     [
-        ("free_time", np.float64),  # s at free flow to the destination at hand
         ("distance", np.int32),  # ms to the destination at hand
         ("toward", np.int32),  # next arc on the way there, -1: none
         ("first_out", np.int32),  # its arcs: first_out to the next vertex's first_out
@@ -171,7 +170,9 @@ DESTINATION = np.dtype(
         ("node", np.int32),
         ("driver", np.int32),  # who goes there: a row of `Routes.driver`
         ("given", np.int32),  # 1: their routes are given
-        ("known", np.int32),  # 1: a way has been looked for
+        ("known", np.int32),  # 1: ways have been looked for
+        ("wanted", np.int32),  # 1: ways are to be looked for now
+        ("slot", np.int32),  # where its weights are: in which lane of which batch; -1: routes given
     ],
     align=True,
 )
@@ -252,6 +253,7 @@ CLOCK = np.dtype(
 NOTHING, ARRIVE, DEAD_END = -1, -2, -3
 
 NEVER = np.int64(2**62)  # a step that does not come
+LANES = 64  # destinations of a batch, whose weights and distances stand side by side
 UNREACHED = np.int32(2**29)  # ms, 149 hours: no way; the sum of two fits into 32 bits
 
 # status of a trip
@@ -276,13 +278,48 @@ class Routes(NamedTuple):
     arc: np.ndarray  # (arcs,) ARC
     incoming: np.ndarray  # (ways,) INCOMING: all but those that are alike
     destination: np.ndarray  # (destinations + 1,) DESTINATION
-    weight: np.ndarray  # (destinations, arcs) float32: B
+    history: np.ndarray  # (batches · bytes, arcs, LANES) uint8: when arcs were on trees
+    worth: np.ndarray  # (bytes, 256) float64: what a byte of that adds to the weight
+    weight: np.ndarray  # (batches, arcs, LANES) float32: where no history is kept, the weights
     driver: np.ndarray  # (drivers,) DRIVER
     observed: np.ndarray  # (rows, links) float64: travel times that drivers have seen, s
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
     given: np.ndarray  # (n,) int32: given routes one after the other, arcs
     trail: np.ndarray  # (n,) VISITED
     heap: np.ndarray  # (2 arcs + 2 vertices,) int64
+
+
+class Hierarchy(NamedTuple):
+    """Ways between vertices, by their places in an order (see ``hierarchy``)."""
+
+    place: np.ndarray  # (vertices,) int64: of every vertex
+    first: np.ndarray  # (vertices + 1,) int64: where the ways up from each place begin
+    upper: np.ndarray  # (ways,) int32: the place to which each leads up; ordered by that
+    up: np.ndarray  # (ways,) int32: what it costs to drive it up, ms; UNREACHED: it cannot be
+    down: np.ndarray  # (ways,) int32: likewise, down
+    # (arcs,) int64: the way that an arc drives up, or -1 - the way that it drives down; of arcs
+    # that lead nowhere, or back to where they begin, -1 - ways
+    way_of_arc: np.ndarray
+    tail: np.ndarray  # (arcs,) int32: the places of the ends of every arc;
+    head: np.ndarray  # of arcs that lead nowhere, the same
+
+    @property
+    def triangles(self) -> int:
+        """How many pairs of ways lead up from the same place."""
+        ways = np.diff(self.first)
+        return int((ways * (ways - 1) // 2).sum())
+
+
+class Lanes(NamedTuple):
+    """Room in which a thread works on a batch of destinations, each of which has a lane."""
+
+    own: np.ndarray  # (LANES,) int32: the destination of each lane; -1: none
+    distance: np.ndarray  # (vertices, LANES) int32: of every place, ms; see `sweep`
+    nearer: np.ndarray  # (LANES,) int32: by how much all is nearer than FARTHEST, ms
+    fresh: np.ndarray  # (LANES,) uint8: 255 where no way has been looked for before
+    toward: np.ndarray  # (vertices or 0, LANES) int32: the arc over which a vertex goes on
+    time: np.ndarray  # (vertices or 0,) float64: of a vertex at free flow, s
+    passed: np.ndarray  # (vertices or 0,) int32: vertices on the way
 
 
 class Calendar(NamedTuple):

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from uxsim_geo.control.levers import QUANTITIES, Levers
 from uxsim_geo.control.traffic import Counts
 from uxsim_geo.demand.platoons import Platoons
-from uxsim_geo.engine.records import World
+from uxsim_geo.engine.records import LANES, World
 from uxsim_geo.engine.steering import History, Steering
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
@@ -186,7 +186,9 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.routes.vertex, world.routes.vertex.shape),
         (filled.routes.arc, world.routes.arc.shape),
         (filled.routes.incoming, world.routes.incoming.shape),
-        (filled.routes.weight, (filled.routes.destination.size - 1, world.routes.arc.size)),
+        (filled.routes.history[:0], (0, world.routes.arc.size, LANES)),
+        (filled.routes.weight[:0], (0, world.routes.arc.size, LANES)),
+        (filled.routes.worth, world.routes.worth.shape),
         (filled.routes.extra, (drivers, links)),
         (filled.routes.observed, world.routes.observed.shape),
         (filled.calendar.bucket, world.calendar.bucket.shape),
