@@ -8,11 +8,12 @@ of no length and no limits whose demand is already in it.
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from uxsim_geo.compiling import entry, inner
+from uxsim_geo.compiling import digest_of_sources, entry, inner
 
 # Counting references on every array of the world in every small call costs 13 to 50 times the
 # work itself. Kernels allocate nothing and keep nothing, so they go without: `_nrt` is a private
@@ -26,7 +27,10 @@ kernel = inner(forceinline=True, **_OPTIONS)
 # For what has one caller and calls much itself: LLVM goes over all that a kernel calls once more
 # for each level of calls above it, which is most of the time that compiling takes.
 spliced = inner(inline="always", **_OPTIONS)
-compiled = entry(nogil=True, **_OPTIONS)
+_SOURCES = digest_of_sources(*sorted(Path(__file__).parent.glob("*.py")))
+# what Python calls: functions of a world, or of parts of it, compiled when they are first called
+compiled = entry(_SOURCES, nogil=True, **_OPTIONS)
+announced = entry(_SOURCES, "the engine", nogil=True, **_OPTIONS)
 
 #: a platoon in a queue: in a link, or waiting in its origin
 PLATOON = np.dtype(
