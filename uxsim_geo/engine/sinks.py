@@ -61,7 +61,8 @@ class InMemory:
 
     def add(self, events: Records) -> None:
         """Copy events behind those before."""
-        self._go_on()
+        if events.size:
+            self._go_on()
         while events.size:
             room = self._blocks[-1].size - self._used if self._blocks else 0
             if room == 0:
