@@ -2,6 +2,7 @@
 # make test    installs the test tools too, then checks style, types, layers, pages and behaviour
 # make docs    writes the pages made from the code; make pictures draws those of the pages anew
 # make site    makes the web site of all pages, in build/site
+# make hashes  keeps what the shipped examples give now, where a change of the model is meant
 # make lock    resolves the dependencies anew (needs uv)
 #
 # PYTHON names the interpreter for .venv: make PYTHON=python3.12 demo
@@ -23,7 +24,7 @@ CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
 INSTALLED := $(VENV)/.installed
 INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 
-.PHONY: help demo install test lint check-types check-layers unit-test docs pictures site lock clean
+.PHONY: help demo install test lint check-types check-layers audit unit-test docs pictures hashes site lock clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -34,7 +35,7 @@ demo: $(INSTALLED)
 
 install: $(INSTALLED)
 
-test: lint check-types check-layers site unit-test
+test: lint check-types check-layers audit site unit-test
 
 lint: $(INSTALLED_FOR_TEST)
 	$(BIN)/ruff check .
@@ -46,6 +47,11 @@ check-types: $(INSTALLED_FOR_TEST)
 check-layers: $(INSTALLED_FOR_TEST)
 	$(BIN)/lint-imports --no-logo
 
+# what is locked is looked up where PyPI's advisories can be asked for
+audit: $(INSTALLED_FOR_TEST)
+	$(BIN)/bandit --quiet --recursive -c pyproject.toml pipeline uxsim_geo docs benchmarks .ci
+	$(BIN)/python .ci/advisories.py requirements.lock requirements-test.lock
+
 unit-test: $(INSTALLED_FOR_TEST)
 	$(BIN)/python -m pytest
 
@@ -55,6 +61,9 @@ docs: $(INSTALLED)
 pictures: $(INSTALLED)
 	$(BIN)/python docs/pictures.py
 
+hashes: $(INSTALLED_FOR_TEST)
+	$(BIN)/python tests/example_hashes.py
+
 site: $(INSTALLED_FOR_TEST)
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/site
 
@@ -62,6 +71,8 @@ lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra dask --extra video --extra omx --extra docs \
 		-c requirements.lock -o requirements-test.lock
+	uv pip compile $(LOCK_OPTIONS) --resolution lowest-direct pyproject.toml --group build --extra test --extra dask --extra video \
+		--extra omx -o requirements-minimum.lock
 
 LOCK_OPTIONS := --quiet --universal --python-version 3.11 --generate-hashes --upgrade \
 	--no-header --no-annotate --no-emit-index-url --no-emit-find-links

@@ -19,6 +19,7 @@ from pipeline.study_inspection import describe_study
 from pipeline.warned import warnings_in
 from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.network.note_words import notes_in_words
+from uxsim_geo.network.own_data import check_own_data
 from uxsim_geo.network.rows import count
 from uxsim_geo.network.units import KMH, LENGTHS, PER_HOUR, PER_KM
 
@@ -108,6 +109,7 @@ def describe_geopackage(path: Path) -> str:
     from pyogrio.errors import DataSourceError
 
     try:
+        check_own_data(path)
         with warnings.catch_warnings():
             # pyogrio leaves out the fourth coordinate of trajectories, and says so
             warnings.filterwarnings("ignore", message="Measured")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.network.own_data import check_own_data
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -51,6 +52,7 @@ def _polygons(file: PolygonFile) -> gpd.GeoDataFrame:
     if not file.path.is_file():
         raise InputError([Fault(f"{file.key}: there is no such file", value=file.path)])
     try:
+        check_own_data(file.path)
         polygons: gpd.GeoDataFrame = gpd.read_file(file.path)
     except (OSError, RuntimeError, ValueError) as error:
         what = f"{file.key}: is no file of polygons that can be read ({error})"

@@ -48,6 +48,8 @@ class StageRecord:
         of the outputs in a store; empty where they are in none
     versions
         of the libraries that it ran with, by their names
+    left
+        names of files of earlier runs that are still there, where the stage was not finished
     """
 
     settings: dict[str, Any] = field(default_factory=dict)
@@ -59,6 +61,7 @@ class StageRecord:
     wall_s: float = 0.0
     key: str = ""
     versions: dict[str, str] = field(default_factory=dict)
+    left: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -133,20 +136,35 @@ def record_file(path: Path, name: str | None = None) -> FileRecord:
 def is_unchanged(record: FileRecord, path: Path) -> bool:
     """Tell whether the file is there with the size and content recorded."""
     try:
-        if path.stat().st_size != record.size:
+        # a device or a pipe, which a path in a manifest may well be, would be read for ever
+        if not path.is_file() or path.stat().st_size != record.size:
             return False
         return record_file(path).sha256 == record.sha256
     except OSError:
         return False
 
 
+def check_names(names: Iterable[str]) -> None:
+    """Raise ValueError unless files of these names lie in the folder: they may be deleted."""
+    if any(PurePath(name).is_absolute() or ".." in PurePath(name).parts for name in names):
+        raise ValueError("an output that does not lie in its folder")
+
+
+def remove_files(folder: Path, names: Iterable[str]) -> None:
+    """Remove files of a folder, where they are there: none that links lead to elsewhere."""
+    for name in names:
+        if lies_in(folder, name):
+            (folder / name).unlink(missing_ok=True)
+
+
+def lies_in(folder: Path, name: str) -> bool:
+    """Tell whether a file of this name is in the folder, and not where a link leads to."""
+    return (folder / name).parent.resolve().is_relative_to(folder.resolve())
+
+
 def stage_record(entry: dict[str, Any]) -> StageRecord:
     """Make a record of what JSON holds; raises ValueError, KeyError or TypeError if it cannot."""
-    # outputs are deleted when they are out of date: never one outside the folder
-    if any(
-        PurePath(name).is_absolute() or ".." in PurePath(name).parts for name in entry["outputs"]
-    ):
-        raise ValueError("an output that does not lie in the run's folder")
+    check_names((*entry["outputs"], *entry.get("left", ())))
     files = {
         side: {name: FileRecord(**record) for name, record in entry[side].items()}
         for side in ("inputs", "outputs")

@@ -14,7 +14,7 @@ from typing import Any
 
 from pipeline.config_file import named_values
 from pipeline.ingest_config import IngestSection
-from pipeline.runs import MANIFEST, FileRecord, RunFolder, record_file
+from pipeline.runs import MANIFEST, FileRecord, RunFolder, check_names, record_file
 from pipeline.store import Store
 from pipeline.study_jobs import NAMES, Report
 from uxsim_geo.errors import Fault, InputError
@@ -99,6 +99,7 @@ class StudyFolder:
             data = json.loads((self.path / MANIFEST).read_text(encoding="utf-8"))
             if data["format"] != MANIFEST_FORMAT:
                 return StudyManifest()
+            check_names(data["outputs"])
             outputs = {name: FileRecord(**record) for name, record in data["outputs"].items()}
             return StudyManifest(data["study"], data["runs"], outputs)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):

@@ -18,6 +18,7 @@ from uxsim_geo.demand.table_files import PARQUET, ids_of
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.own_data import check_own_data
 from uxsim_geo.network.rows import lacking, numbers
 
 Floats = npt.NDArray[np.float64]
@@ -89,6 +90,7 @@ def _read_layer(path: Path, layer: str | None, faults: Faults) -> Any:
         if path.suffix.lower() in PARQUET:
             table = geopandas.read_parquet(path)
         else:
+            check_own_data(path)
             table = geopandas.read_file(path, layer=layer)
     except (DataSourceError, OSError, ValueError) as error:
         faults.add(f"cannot be read as a layer of zones: {error}")

@@ -69,7 +69,6 @@ def build_world(
     queue["end_node"][: len(links)] = ends
     home = origin_platoons(platoons, destination, paths.first[node_of_code[platoons.origin]])
     platoon = _fill_origins(queue, home, queue_of_platoon, settings.platoon_size)
-    largest_link = int(np.max(queue["storage"][: len(links)], initial=0.0)) + 1
     steps = int(np.ceil(settings.duration / settings.step - 1e-9))
     pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
     rows = int(drivers["rows"].sum())
@@ -101,7 +100,7 @@ def build_world(
         calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
         log=Log(
             trip=trips_of(platoons, node_of_code, wishes),
-            event=np.empty(max(_EVENT_BUFFER, largest_link), records.EVENT),
+            event=np.empty(_EVENT_BUFFER, records.EVENT),
             trips_by_destination=np.argsort(destination, kind="stable").astype(np.int32),
         ),
     )
@@ -185,7 +184,8 @@ def _fill_origins(queue: Records, home: Records, queue_of_platoon: Ints, size: i
     counts = np.bincount(queue_of_platoon)
     links = queue.size - counts.size
     room = links * _FIRST_RING
-    pool = np.empty(room + order.size + _spare_places(queue["storage"][:links], size), PLATOON)
+    most = np.minimum(queue["storage"][:links] / size, order.size)
+    pool = np.empty(room + order.size + _spare_places(most), PLATOON)
     pool[room : room + order.size] = home[order]
     origin = queue[links:]
     first = np.cumsum(counts) - counts
@@ -196,12 +196,13 @@ def _fill_origins(queue: Records, home: Records, queue_of_platoon: Ints, size: i
     return pool
 
 
-def _spare_places(storage: Floats, size: int) -> int:
-    """Count the places that rings take as they grow, should all links fill with full platoons.
+def _spare_places(most: Floats) -> int:
+    """Count the places that rings take as they grow, should links fill with so many platoons each.
 
-    Memory that is never touched costs nothing, and the pool is widened where platoons are smaller.
+    Memory that is never touched costs nothing, and the pool is widened where platoons are smaller
+    or come to the same link again.
     """
-    longest = np.exp2(np.ceil(np.log2(storage / size + 3)))
+    longest = np.exp2(np.ceil(np.log2(most + 3)))
     return int(2 * longest.sum())
 
 

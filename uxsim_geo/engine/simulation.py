@@ -299,8 +299,15 @@ class Simulation:
 
 
 def _widened(world: World) -> World:
-    """Give the pool of rings, or the trail, as much again where it is full."""
+    """Give the pool of rings, or the trail, as much again where it is full.
+
+    The buffer of events, which is empty now, must hold all platoons of any link.
+    """
     links, routes, clock = world.links, world.routes, world.links.clock[0]
+    queue = links.queue[: clock["links"]]
+    fullest = int(np.max(queue["entered"] - queue["left"], initial=0))
+    if fullest > world.log.event.size:
+        world = world._replace(log=world.log._replace(event=np.empty(fullest, EVENT)))
     if clock["pool_full"]:
         clock["pool_full"] = 0
         world = world._replace(links=links._replace(platoon=_twice(links.platoon)))

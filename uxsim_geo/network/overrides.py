@@ -19,6 +19,7 @@ from uxsim_geo.network.check import PLACEHOLDER
 from uxsim_geo.network.csv_table import has_columns, read_csv_table, text_column
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.own_data import check_own_data
 from uxsim_geo.network.rows import whole_where_possible
 from uxsim_geo.network.text import read_bytes
 from uxsim_geo.network.tntp_rows import number
@@ -123,6 +124,7 @@ def _read_geopackage(path: Path, faults: Faults) -> Overrides:
     from pyogrio.errors import DataLayerError, DataSourceError
 
     try:
+        check_own_data(path)
         layers = [str(name) for name in pyogrio.list_layers(path)[:, 0]]
         if len(layers) != 1:
             faults.add(f"must hold one table, it holds {', '.join(layers) or 'none'}")

@@ -14,6 +14,7 @@ from uxsim_geo.control.site import Target
 from uxsim_geo.errors import Faults, did_you_mean
 from uxsim_geo.network.expressions import add_unknown_texts, rows_where
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.own_data import check_own_data
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
 SUGGESTED = 5
@@ -206,6 +207,7 @@ def _polygon_layers(path: Path) -> list[Any]:
     if not path.is_file():
         raise ValueError("is neither WKT nor a file that is there")
     try:
+        check_own_data(path)
         names = [str(name) for name, shape in pyogrio.list_layers(path) if shape is not None]
         tables = [pyogrio.read_dataframe(path, layer=name, columns=[]) for name in names]
     except pyogrio.errors.DataSourceError as error:

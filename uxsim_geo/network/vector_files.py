@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from uxsim_geo.errors import Faults
+from uxsim_geo.network.own_data import check_own_data
 
 if TYPE_CHECKING:
     import geopandas
@@ -48,9 +49,7 @@ def _from_gdal(path: Path, layer: str | None, faults: Faults) -> geopandas.GeoDa
     from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
 
     try:
-        if path.is_file():
-            with path.open("rb"):
-                pass
+        check_own_data(path)
         layers = [str(name) for name, _ in pyogrio.list_layers(path)]
         if layer is None and len(layers) != 1:
             held = ", ".join(layers) or "none"
