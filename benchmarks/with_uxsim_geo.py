@@ -90,7 +90,7 @@ def run_whole(asked: Told) -> dict[str, float]:
         "engine_s": run.wall_s,
         "engine_cpu_s": busy,
         "whole_s": whole,
-        "entries": len(result.events),
+        "entries": len(result.log),
         "vehicles": float(vehicles.sum()),
         "completed": float(vehicles[result.trips["status"] == "completed"].sum()),
     }

@@ -1,4 +1,4 @@
-"""What Python calls of the search for routes: many small functions; a run compiles what it needs."""
+"""What Python calls of the search for routes: small functions, a run compiles those it needs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from uxsim_geo.engine.free_flow import price_free_flow, time_by_heap, time_lanes
 from uxsim_geo.engine.records import compiled
 from uxsim_geo.engine.routes import renew_lanes, renew_wanted, update_routes
 from uxsim_geo.engine.sweep import customise
-
 
 # updates
 
