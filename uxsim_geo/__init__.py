@@ -58,6 +58,7 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
     progress: Callable[[Progress], None] | None = None,
     events_file: str | Path | None = None,
     sleep: bool = True,
+    threads: int | None = None,
 ) -> Result:
     """Simulate a demand on a network until ``settings.duration``, under some measures of control.
 
@@ -66,7 +67,8 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
     ``events_file`` is a Parquet file for the events: they go there while the run goes on, and the
     result reads them from there (None: they are kept in memory). It appears at the end.
     ``sleep`` lets blocked platoons rest until something can change for them; False tries them
-    again in every step, which is slower and gives the same result, to the bit.
+    again in every step, which is slower and gives the same result, to the bit. So does any number
+    of ``threads`` for the search for routes; None: one for each core that this process may use.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, or with the
     control.
@@ -83,6 +85,7 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
         progress=progress,
         events_file=events_file,
         sleep=sleep,
+        threads=threads,
     )
 
 

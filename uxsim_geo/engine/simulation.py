@@ -21,8 +21,9 @@ from uxsim_geo.demand.check import check_demand
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.engine.additions import add_platoons, platoons_to_add
 from uxsim_geo.engine.arrays import build_world
-from uxsim_geo.engine.loop import finish, introduce, refresh, run_until
+from uxsim_geo.engine.loop import finish, refresh, run_until
 from uxsim_geo.engine.records import EVENT, Queues, World
+from uxsim_geo.engine.router import Router, passes_in
 from uxsim_geo.engine.saved import (
     fill_steering,
     from_plain,
@@ -40,6 +41,7 @@ from uxsim_geo.engine.sinks import EventSink, InMemory, to_file
 from uxsim_geo.engine.tables import limit_table, metres_driven, tolls_paid, trip_table
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.events import EventFile
+from uxsim_geo.machine import cores
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Progress, Result
 from uxsim_geo.settings import Settings
@@ -60,6 +62,7 @@ def simulate(
     progress: Callable[[Progress], None] | None = None,
     events_file: str | Path | None = None,
     sleep: bool = True,
+    threads: int | None = None,
 ) -> Result:
     """Simulate a demand on a network until ``settings.duration``, under some measures of control.
 
@@ -68,16 +71,17 @@ def simulate(
     ``events_file`` is a Parquet file for the events: they go there while the run goes on, and the
     result reads them from there (None: they are kept in memory). It appears at the end.
     ``sleep`` lets blocked platoons rest until something can change for them; False tries them
-    again in every step, which is slower and gives the same result, to the bit.
+    again in every step, which is slower and gives the same result, to the bit. So does any number
+    of ``threads`` for the search for routes; None: one for each core that this process may use.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, or with the
     control.
     """
     run = partial(Simulation, network, demand, settings, control=control, classes=classes)
     if events_file is None:
-        return _run_through(run(sleep=sleep), progress)
+        return _run_through(run(sleep=sleep, threads=threads), progress)
     with to_file(Path(events_file)) as sink:
-        result = _run_through(run(sink=sink, sleep=sleep), progress)
+        result = _run_through(run(sink=sink, sleep=sleep, threads=threads), progress)
     return replace(result, log=EventFile(Path(events_file), result.log.link_ids))
 
 
@@ -109,30 +113,36 @@ class Simulation:
         classes: Sequence[DriverClass] = (),
         sink: EventSink | None = None,
         sleep: bool = True,
+        threads: int | None = None,
     ) -> None:
         self.network = network
         self.settings = settings
         self.setting: Setting = set_up(network, demand, settings, control, classes)
         self.platoons = self.setting.platoons
         self.wall_s = 0.0
+        wishes, drivers = self.setting.wishes_of(self.platoons), self.setting.driver_records()
+        self.router = Router(self.setting.paths, passes_in(settings, drivers), threads or cores())
+        self.router.prepare(wishes.destinations)
         self.world = build_world(
             network,
             self.platoons,
-            self.setting.wishes_of(self.platoons),
-            self.setting.driver_records(),
+            wishes,
+            drivers,
             settings,
-            paths=self.setting.paths,
+            router=self.router,
             sleep=sleep,
         )
         self.steering = self.setting.steering
         plans = self.steering.application.plans
         self.world = self.world._replace(links=self.world.links._replace(green=plans.greens))
-        self.steering.application.start(self.world, self.steering.levers)
+        self.steering.application.start(self.world, self.steering.levers, self.router)
         self._sink: EventSink = InMemory() if sink is None else sink
         self._sink.begin(self.setting.row_of_link, pd.Index(self.setting.site.link_ids))
         self._acted_step = -1  # the last step at whose start rules have been called
         self._touched = False  # whether somebody may have written to the levers
-        self._call(run_until)  # up to step 0: compiles, where that has to be done, before the clock
+        # up to step 0: compiles, where that has to be done, before the clock
+        self._call(run_until)
+        self.router.start(self.world)
 
     @property
     def time(self) -> float:
@@ -170,9 +180,11 @@ class Simulation:
             if step > self._acted_step and self.steering.next_due(step) == step:
                 self.steering.act(self.world, step)
                 self._acted_step = step
+            if clock["update_step"][0] == step:
+                self.router.update(self.world, step)
             due = self.steering.next_due(step + 1)
             clock["control_step"] = due
-            clock["until_step"] = min(target, due)
+            clock["until_step"] = min(target, due, int(clock["update_step"][0]))
             self._call(run_until)
         self.wall_s += time.perf_counter() - self._sink.writing_s - started
 
@@ -186,9 +198,11 @@ class Simulation:
         added = platoons_to_add(demand, self.settings, self.platoons, self.time)
         self.setting.check_demand(demand)
         wishes = self.setting.wishes_of(added)
-        self.world, origins = add_platoons(self.world, added, wishes, self.network)
+        rank = self.router.rank
+        self.world, origins = add_platoons(self.world, added, wishes, self.network, rank)
         self.platoons = self.platoons.joined(added)
-        self._call(introduce)
+        self.router.prepare(self.world.routes.destination.size - 1)
+        self.router.introduce(self.world)
         self._call(lambda world: refresh(Queues(world.links, world.calendar), origins))
 
     def progress(self) -> Progress:
@@ -207,6 +221,7 @@ class Simulation:
         running, rest = self.world, list[Records]()
         free_time = self.setting.site.length / self.setting.site.free_speed
         self.world = _copy_to_finish(running, self.time, free_time[self.setting.row_of_link])
+        self.router.give_free_times(self.world)
         self._call(finish, lambda events: rest.append(events.copy()))
         world, self.world = self.world, running
         log = self._sink.log(rest, last=self.finished)
