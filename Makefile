@@ -2,9 +2,12 @@
 # make test    installs the test tools too, then checks style, types, layers, pages and behaviour
 # make docs    writes the pages made from the code; make pictures draws those of the pages anew
 # make site    makes the web site of all pages, in build/site
+# make bench   times the engine beside UXsim and SUMO, writes docs/performance.md; QUICK=1: a few minutes
+# make hashes  keeps what the shipped examples give now, where a change of the model is meant
 # make lock    resolves the dependencies anew (needs uv)
 #
 # PYTHON names the interpreter for .venv: make PYTHON=python3.12 demo
+# BENCH_PYTHON names one that has UXsim, perhaps SUMO too: make bench BENCH_PYTHON=/path/to/python
 
 SHELL := /bin/sh
 VENV := .venv
@@ -23,7 +26,7 @@ CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
 INSTALLED := $(VENV)/.installed
 INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 
-.PHONY: help demo install test lint check-types check-layers audit unit-test docs pictures site lock clean
+.PHONY: help demo install test lint check-types check-layers audit unit-test docs pictures hashes site bench lock clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -60,13 +63,25 @@ docs: $(INSTALLED)
 pictures: $(INSTALLED)
 	$(BIN)/python docs/pictures.py
 
+hashes: $(INSTALLED_FOR_TEST)
+	$(BIN)/python tests/example_hashes.py
+
 site: $(INSTALLED_FOR_TEST)
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/site
+
+# without QUICK the page of the documentation is made anew; see build/bench for every figure
+bench: $(INSTALLED)
+	env $(if $(BENCH_PYTHON),BENCH_PYTHON=$(BENCH_PYTHON)) $(BIN)/python benchmarks $(if $(QUICK),--quick)
+	$(if $(QUICK),,$(BIN)/python benchmarks/page.py build/bench/results.json docs/performance.md)
+	$(if $(wildcard benchmarks/routes.py),$(BIN)/python benchmarks/routes.py)
+	$(if $(wildcard benchmarks/memory.py),$(if $(QUICK),,$(BIN)/python benchmarks/memory.py))
 
 lock:
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build -o requirements.lock
 	uv pip compile $(LOCK_OPTIONS) pyproject.toml --group build --extra test --extra dask --extra video --extra omx --extra docs \
 		-c requirements.lock -o requirements-test.lock
+	uv pip compile $(LOCK_OPTIONS) --resolution lowest-direct pyproject.toml --group build --extra test --extra dask --extra video \
+		--extra omx -o requirements-minimum.lock
 
 LOCK_OPTIONS := --quiet --universal --python-version 3.11 --generate-hashes --upgrade \
 	--no-header --no-annotate --no-emit-index-url --no-emit-find-links

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 import time
@@ -194,7 +195,33 @@ class Prefixed:
 
 @contextmanager
 def watching(*, quiet: bool) -> Iterator[Watch]:
-    """Yield the watch that fits: silence, a bar on a terminal, otherwise lines, on stderr."""
+    """Yield the watch that fits: silence, a bar on a terminal, otherwise lines, on stderr.
+
+    It is also told what the library logs, as that the engine must be compiled.
+    """
+    with _fitting(quiet=quiet) as watch:
+        handler, logger = _Passing(watch), logging.getLogger("uxsim_geo")
+        logger.addHandler(handler)
+        try:
+            yield watch
+        finally:
+            logger.removeHandler(handler)
+
+
+class _Passing(logging.Handler):
+    """Passes what is logged on to a watch."""
+
+    def __init__(self, watch: Watch) -> None:
+        super().__init__()
+        self.watch = watch
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Pass it on."""
+        self.watch.say(record.getMessage())
+
+
+@contextmanager
+def _fitting(*, quiet: bool) -> Iterator[Watch]:
     if quiet:
         yield Silence()
     elif not sys.stderr.isatty():

@@ -15,12 +15,20 @@ import shutil
 import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from pipeline.runs import FileRecord, RunFolder, StageRecord, is_unchanged, stage_record
+from pipeline.runs import (
+    FileRecord,
+    RunFolder,
+    StageRecord,
+    is_unchanged,
+    of_form,
+    read_json,
+    stage_record,
+)
 from uxsim_geo.files import at_work_in, replace_when_complete
 
 RECORD = "record.json"
@@ -155,9 +163,10 @@ def place(source: Path, target: Path) -> None:
 def _read(path: Path) -> Entry | None:
     """Read the record of an entry; None where it cannot be believed."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
         if data["format"] != ENTRY_FORMAT:
             return None
-        return Entry(stage_record(data["record"]), data["words"], tuple(data["warnings"]))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        entry: Entry = of_form(Entry, data)
+        return replace(entry, record=stage_record(data["record"]))
+    except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None

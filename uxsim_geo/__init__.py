@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     from uxsim_geo.control.drivers import DriverClass
     from uxsim_geo.control.site import Measure
@@ -55,12 +56,15 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
     control: Sequence[Measure] = (),
     classes: Sequence[DriverClass] = (),
     progress: Callable[[Progress], None] | None = None,
+    events_file: str | Path | None = None,
     sleep: bool = True,
 ) -> Result:
     """Simulate a demand on a network until ``settings.duration``, under some measures of control.
 
     ``control`` are measures of ``uxsim_geo.control``; ``classes`` the classes of drivers that the
     demand names. ``progress`` is called about a hundred times with the state of the run.
+    ``events_file`` is a Parquet file for the events: they go there while the run goes on, and the
+    result reads them from there (None: they are kept in memory). It appears at the end.
     ``sleep`` lets blocked platoons rest until something can change for them; False tries them
     again in every step, which is slower and gives the same result, to the bit.
 
@@ -77,6 +81,7 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
         control=control,
         classes=classes,
         progress=progress,
+        events_file=events_file,
         sleep=sleep,
     )
 

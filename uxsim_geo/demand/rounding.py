@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from uxsim_geo import draws
-from uxsim_geo.compiling import entry, inner
+from uxsim_geo.compiling import digest_of_sources, entry, inner
 from uxsim_geo.draws import ROUNDING, Keys
 
 _TINY = 1e-9
@@ -97,7 +98,7 @@ def _graph_of(parts: npt.NDArray[np.float64], ends: npt.NDArray[np.int64]) -> _G
     return _Graph(parts, ends, order % parts.size, places.reshape(2, -1), first, degree)
 
 
-@entry()
+@entry(digest_of_sources(Path(__file__)))
 def _round_fractions(graph, trail, keys, part_of):  # type: ignore[no-untyped-def]
     """Turn all parts into 0 or 1: walk along open edges, and settle every cycle or path met."""
     draws_made = np.zeros(part_of.size, np.uint64)  # in each connected part

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from uxsim_geo.errors import Faults
+
 #: what files with data of their own begin with
 _BEGINNINGS = {
     "GeoPackage": b"SQLite format 3\0",
@@ -22,22 +24,23 @@ _HEAD = 1 << 20
 _COMMANDS = b"gdal_streamed_alg"
 
 
-def check_own_data(path: Path) -> None:
-    """Raise pyogrio's DataSourceError for a file that GDAL would read otherwise than as data.
+def holds_own_data(path: Path, faults: Faults) -> bool:
+    """Tell whether GDAL would read a file as data and nothing else; if not, there is a fault.
 
-    What is no file is left to GDAL, which says what is wrong with it. Raises OSError for a file
-    that cannot be read.
+    What is no file, or cannot be read, is left to GDAL, which says what is wrong with it.
     """
-    from pyogrio.errors import DataSourceError
-
     if not path.is_file():
-        return
-    with path.open("rb") as file:
-        head = file.read(_HEAD)
+        return True
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return True
     if head.startswith(tuple(_BEGINNINGS.values())) or _is_geojson(head):
-        return
+        return True
     kinds = ", ".join(_BEGINNINGS)
-    raise DataSourceError(f"holds no data that are read here: convert it to {kinds} or GeoJSON")
+    faults.add(f"holds no data that are read here: convert it to {kinds} or GeoJSON")
+    return False
 
 
 def _is_geojson(head: bytes) -> bool:
