@@ -41,7 +41,7 @@ CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
 INSTALLED := $(VENV)/.installed
 INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 
-.PHONY: help demo install test lint check-types check-layers unit-test check-package check-some check-minimum check-pythons docs pictures hashes site lock clean
+.PHONY: help demo install test lint check-types check-layers audit unit-test check-package check-some check-minimum check-pythons docs pictures hashes site lock clean
 
 help:
 	@sed -n '/^$$/q; s/^# //p' Makefile
@@ -52,7 +52,7 @@ demo: $(INSTALLED)
 
 install: $(INSTALLED)
 
-test: lint check-types check-layers site unit-test
+test: lint check-types check-layers audit site unit-test
 
 lint: $(INSTALLED_FOR_TEST)
 	$(BIN)/ruff check .
@@ -63,6 +63,11 @@ check-types: $(INSTALLED_FOR_TEST)
 
 check-layers: $(INSTALLED_FOR_TEST)
 	$(BIN)/lint-imports --no-logo
+
+# what is locked is looked up where PyPI's advisories can be asked for
+audit: $(INSTALLED_FOR_TEST)
+	$(BIN)/bandit --quiet --recursive -c pyproject.toml pipeline uxsim_geo docs benchmarks .ci
+	$(BIN)/python .ci/advisories.py requirements.lock requirements-test.lock
 
 unit-test: $(INSTALLED_FOR_TEST)
 	$(BIN)/python -m pytest $(PYTEST_OPTIONS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,10 +11,10 @@ from pipeline import ingest
 from pipeline.config import Config
 from pipeline.config_keys import files_in
 from pipeline.control_config_faults import as_written
-from pipeline.runs import RunFolder
+from pipeline.runs import MANIFEST, RunFolder, of_form
 from pipeline.signal_tables import SIGNALS, signals_of
 from pipeline.stages import Outcome, Stage, Task
-from uxsim_geo.errors import InputError
+from uxsim_geo.errors import Fault, InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -102,10 +102,35 @@ def read_result(task: Task, network: Network) -> Result:
     events = _with_categories(events, {"link": network.links["link_id"]})
     ends = dict.fromkeys(("origin", "destination"), network.nodes["node_id"])
     trips = _with_categories(trips, ends)
-    figures = dict(task.figures[STAGE.name])
-    notes = tuple(figures.pop("ineffective_measures"))
-    result = Result(events, trips, task.config.simulate.settings(), **figures, notes=notes)
+    told = _figures(task)
+    result = Result(
+        events,
+        trips,
+        task.config.simulate.settings(),
+        engine_wall_s=told.engine_wall_s,
+        locked_vehicles=told.locked_vehicles,
+        notes=told.ineffective_measures,
+    )
     return replace(result, speed_limits=limits[0]) if limits else result
+
+
+@dataclass(frozen=True)
+class _Figures:
+    """What the stage leaves in the manifest."""
+
+    engine_wall_s: float
+    locked_vehicles: int
+    ineffective_measures: tuple[str, ...]
+
+
+def _figures(task: Task) -> _Figures:
+    """Return what the simulation has left in the manifest, where that is still to be read."""
+    try:
+        figures: _Figures = of_form(_Figures, task.figures[STAGE.name])
+    except ValueError:
+        what = "the figures of the stage simulate are damaged; run it again with --force"
+        raise InputError([Fault(what, str(task.folder / MANIFEST))]) from None
+    return figures
 
 
 def _with_categories(table: pd.DataFrame, ids: Mapping[str, Iterable[str]]) -> pd.DataFrame:

@@ -15,6 +15,7 @@ from uxsim_geo.engine.arrays import (
     destinations_of,
     origin_platoons,
     origin_queues,
+    set_origins,
     trips_of,
 )
 from uxsim_geo.engine.records import World
@@ -57,9 +58,10 @@ def add_platoons(
     table["known"][table["outstanding"] == 0] = 0
     table["outstanding"] += outstanding.astype(np.int64)
     trips = np.concatenate([world.log.trip, trips_of(added, node_of_code, wishes)])
+    keys = np.concatenate([world.log.key, added.key])
     world = world._replace(
         routes=world.routes._replace(given=wishes.given.astype(np.int32)),
-        log=world.log._replace(trip=trips),
+        log=world.log._replace(trip=trips, key=keys),
     )
     world = _with_trips_by_destination(world, np.concatenate([before, destination]))
     node = node_of_code[added.origin]
@@ -117,9 +119,9 @@ def _with_platoons_at_home(world: World, home: Records, node: Ints) -> tuple[Wor
         at_home = pool[one["base"] + one["left"] : one["base"] + one["entered"]]
         ring = np.concatenate([at_home, home[node == one["end_node"]]])
         ring = ring[np.argsort(ring["enter"], kind="stable")]
-        queue["base"][q], queue["mask"][q] = used - one["left"], np.iinfo(np.int64).max
+        queue["base"][q], queue["mask"][q] = used - one["left"], np.iinfo(np.int32).max
         queue["entered"][q] = one["left"] + ring.size
-        queue["hole"][q], queue["hole_vehicles"][q] = one["left"], one["vehicles_left"]
+        queue["next_hole"][q], queue["hole_vehicles"][q] = one["left"], one["vehicles_left"]
         rings.append(ring)
         used += ring.size
     rings_in_row = np.concatenate(rings)
@@ -140,9 +142,5 @@ def _with_origins(world: World, nodes: Ints) -> World:
         return world
     queue = np.concatenate([links.queue, origin_queues(missing)])
     node = routes.node.copy()
-    ordered = np.sort(queue["end_node"], kind="stable")
-    node["first_in"] = np.searchsorted(ordered, np.arange(node.size))
-    return world._replace(
-        links=links._replace(queue=queue),
-        routes=routes._replace(node=node, into=np.argsort(queue["end_node"], kind="stable")),
-    )
+    set_origins(node, queue, count)
+    return world._replace(links=links._replace(queue=queue), routes=routes._replace(node=node))

@@ -151,6 +151,7 @@ class Application:
             capacity = np.minimum(getattr(levers, f"{gate.field}_capacity")[order], most)
             closed = getattr(levers, f"{gate.field}_closed")[order]
             changed[gate.field] = gate.set(link, capacity, closed, time)
+        link["room_for"] = 0
         _refresh(world, changed["exit"])
 
     def _set_node_capacities(self, node: Records, levers: Levers, time: float) -> Ints:

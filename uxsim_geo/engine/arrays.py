@@ -83,8 +83,7 @@ def build_world(
         ),
         routes=Routes(
             road=road,
-            node=_nodes(paths, queue["end_node"]),
-            into=np.argsort(queue["end_node"], kind="stable"),
+            node=_nodes(paths, queue, len(links)),
             vertex=vertex_records(paths, arc, incoming),
             arc=arc,
             incoming=incoming,
@@ -97,9 +96,15 @@ def build_world(
             trail=np.empty(0, records.VISITED),
             heap=np.empty(2 * (arc.size + paths.node.size), np.int64),
         ),
-        calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
+        calendar=Calendar(
+            bucket=np.full(steps, -1, np.int32),
+            candidate=np.empty(_most_in(ends) + 1, np.int32),
+            pending=pending,
+            pending_words=pending.view(np.uint64),
+        ),
         log=Log(
             trip=trips_of(platoons, node_of_code, wishes),
+            key=platoons.key,
             event=np.empty(_EVENT_BUFFER, records.EVENT),
             trips_by_destination=np.argsort(destination, kind="stable").astype(np.int32),
         ),
@@ -109,9 +114,16 @@ def build_world(
     return world
 
 
+def _most_in(end_nodes: Ints) -> int:
+    return int(np.bincount(end_nodes).max(initial=0))
+
+
 def order_of_links(paths: Paths) -> Ints:
-    """Return the rows of the links table in the order of the engine: by the node they start at."""
-    return np.argsort(paths.start, kind="stable").astype(np.int64)
+    """Return the rows of the links table in the order of the engine: by the node they end at.
+
+    Links to one node are ordered by the node they start at.
+    """
+    return np.lexsort((paths.start, paths.end)).astype(np.int64)
 
 
 def _roads(links: pd.DataFrame, settings: Settings) -> Records:
@@ -140,7 +152,7 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     link["key"] = text_keys(links["link_id"].astype(str))
     link["base"] = np.arange(count) * _FIRST_RING
     link["mask"] = _FIRST_RING - 1
-    link["hole"] = -1
+    link["hole"] = link["next_hole"] = -1
     return queue
 
 
@@ -165,7 +177,6 @@ def origin_platoons(
 ) -> Records:
     """Make the records of platoons at home, where they begin; their trips follow one another."""
     home = np.empty(platoons.depart.size, PLATOON)
-    home["key"] = platoons.key
     home["enter"] = home["exit"] = platoons.depart
     home["trip"] = first_trip + np.arange(home.size)
     home["destination"] = destination
@@ -190,9 +201,12 @@ def _fill_origins(queue: Records, home: Records, queue_of_platoon: Ints, size: i
     origin = queue[links:]
     first = np.cumsum(counts) - counts
     origin["base"] = room + first
-    origin["mask"] = np.iinfo(np.int64).max
+    origin["mask"] = np.iinfo(np.int32).max
     origin["entered"] = counts
-    origin["ready"] = origin["due"] = pool["enter"][room + first]
+    of_first = pool[room + first]
+    origin["ready"] = origin["due"] = of_first["enter"]
+    for name in ("trip", "vehicles", "vertex", "destination"):
+        origin[name] = of_first[name]
     return pool
 
 
@@ -218,12 +232,18 @@ def trips_of(platoons: Platoons, node_of_code: Ints, wishes: Wishes) -> Records:
     return trip
 
 
-def _nodes(paths: Paths, end_nodes: Ints) -> Records:
+def _nodes(paths: Paths, queue: Records, links: int) -> Records:
     node = np.zeros(paths.first.size, records.NODE)
-    numbers = np.arange(node.size)
-    node["first_in"] = np.searchsorted(np.sort(end_nodes, kind="stable"), numbers)
+    node["first_in"] = np.searchsorted(queue["end_node"][:links], np.arange(node.size))
     node["first_vertex"] = paths.first
+    set_origins(node, queue, links)
     return node
+
+
+def set_origins(node: Records, queue: Records, links: int) -> None:
+    """Tell every node its origin."""
+    node["origin"] = -1
+    node["origin"][queue["end_node"][links:]] = np.arange(links, queue.size)
 
 
 def destinations_of(wishes: Wishes, nodes: int, drivers: int) -> tuple[Records, Ints]:

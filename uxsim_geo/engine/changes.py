@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from uxsim_geo.engine.calendar import list_for, step_of, unlist
-from uxsim_geo.engine.link import platoon_at
+from uxsim_geo.engine.link import platoon_at, see_first
 from uxsim_geo.engine.records import Links, Queues, World, kernel
 from uxsim_geo.engine.routes import observe, renew_destination, set_costs
 from uxsim_geo.engine.trees import grow_tree
@@ -33,11 +33,11 @@ def sense_state(links: Links, road, standing, waiting):
 @kernel
 def vehicles_gone_out(links: Links, queue, time):
     """Count the vehicles of an origin that have left home by a time; it goes on from the last."""
-    while queue["hole"] < queue["entered"]:
-        platoon = platoon_at(links, queue, queue["hole"])
+    while queue["next_hole"] < queue["entered"]:
+        platoon = platoon_at(links, queue, queue["next_hole"])
         if platoon["enter"] > time:
             break
-        queue["hole"] += 1
+        queue["next_hole"] += 1
         queue["hole_vehicles"] += platoon["vehicles"]
     return queue["hole_vehicles"]
 
@@ -49,11 +49,7 @@ def refresh_queues(w: Queues, changed):
     for place in range(changed.size):
         q = changed[place]
         queue = w.links.queue[q]
-        queue["ready"] = math.inf
-        if queue["left"] < queue["entered"]:
-            first = platoon_at(w.links, queue, queue["left"])
-            queue["ready"] = max(first["exit"], queue["exit_open"])
-        queue["due"] = queue["ready"]
+        see_first(w.links, queue)
         if queue["ready"] < math.inf:
             target = max(step_of(clock, queue["ready"]), clock["step"])
             if queue["listed_step"] > target:  # to be looked at too early does no harm

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from uxsim_geo.engine.link import platoon_at
 from uxsim_geo.engine.random import CHOICE, draw
 from uxsim_geo.engine.records import ARRIVE, DEAD_END, NOTHING, World, kernel, spliced
 
@@ -18,29 +17,34 @@ def choose(w: World, q, step):
     platoon that never had but one out-link has always wanted that.
     """
     queue = w.links.queue[q]
-    platoon = platoon_at(w.links, queue, queue["left"])
-    destination = platoon["destination"]
+    destination = queue["destination"]
     before, unbroken = queue["choice"], queue["chosen_step"] == step - 1
     queue["chosen_step"] = step
     if w.routes.destination[destination]["node"] == queue["end_node"]:
         queue["choice"] = ARRIVE
         return
     if w.routes.destination[destination]["given"]:
-        want(w, queue, w.routes.given[w.log.trip[platoon["trip"]]["route"]])
+        want(w, queue, w.routes.given[first_trip(w, queue)["route"]])
         queue["since_step"] = -1
         return
-    options = draw_arc(w, queue, platoon, step)
+    options = draw_arc(w, queue, step)
     if options <= 1 and before == NOTHING:
         queue["since_step"] = -1
     elif queue["choice"] != before or (options > 1 and not unbroken):
         queue["since_step"] = step
 
 
+@kernel
+def first_trip(w: World, queue):
+    """Give the trip of the first platoon of a queue."""
+    return w.log.trip[queue["trip"]]
+
+
 @spliced
-def draw_arc(w: World, queue, platoon, step):
-    """Draw the arc of a platoon that chooses; gives how many it has to choose from."""
-    clock, v, destination = w.links.clock[0], platoon["vertex"], platoon["destination"]
-    trail = w.log.trip[platoon["trip"]]["trail"] if clock["no_cycles"] else -1
+def draw_arc(w: World, queue, step):
+    """Draw the arc of a first platoon that chooses; gives how many it has to choose from."""
+    clock, v, destination = w.links.clock[0], queue["vertex"], queue["destination"]
+    trail = first_trip(w, queue)["trail"] if clock["no_cycles"] else -1
     while True:
         total, options, arc = add_up_weights(w, v, destination, trail)
         if options > 0 or trail < 0:
@@ -49,7 +53,7 @@ def draw_arc(w: World, queue, platoon, step):
     if options > 1:
         mark = -1.0
         if not clock["deterministic"]:
-            mark = total * draw(platoon["key"], queue["key"], CHOICE, step)
+            mark = total * draw(w.log.key[queue["trip"]], queue["key"], CHOICE, step)
         arc = pick(w, v, destination, trail, mark)
     want(w, queue, arc)
     return options
@@ -84,10 +88,9 @@ def was_visited(w: World, v, trail):
 @kernel
 def may_choose(w: World, queue, arc):
     """Whether the first platoon of a queue may choose this arc, in this step or a later."""
-    platoon = platoon_at(w.links, queue, queue["left"])
-    destination = platoon["destination"]
+    destination = queue["destination"]
     if w.routes.destination[destination]["given"]:
-        return w.routes.given[w.log.trip[platoon["trip"]]["route"]] == arc
+        return w.routes.given[first_trip(w, queue)["route"]] == arc
     return w.routes.weight[destination, arc] > 0.0
 
 

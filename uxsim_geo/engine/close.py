@@ -81,12 +81,11 @@ def find_locked(w: World):
 @kernel
 def may_move(w: World, queue):
     """Whether the first platoon of a queue has a way on that is open or may open."""
-    platoon = platoon_at(w.links, queue, queue["left"])
-    v, ways = platoon["vertex"], False
+    v, ways = queue["vertex"], False
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
         if may_choose(w, queue, arc):
             ways, link = True, np.int64(w.routes.arc[arc]["link"])
-            closed = opening(w.links, link, platoon["vehicles"]) == math.inf
+            closed = opening(w.links, link, queue["vehicles"]) == math.inf
             if not (closed and w.links.queue[link]["locked"]):
                 return True
-    return not ways or w.routes.destination[platoon["destination"]]["node"] == queue["end_node"]
+    return not ways or w.routes.destination[queue["destination"]]["node"] == queue["end_node"]
