@@ -109,6 +109,7 @@ def build_world(
             extra=np.zeros((drivers.size, len(links))),
             given=wishes.given.astype(np.int32),
             trail=np.empty(0, records.VISITED),
+            passed=np.empty(int(np.bincount(paths.tail).max(initial=0))),
             heap=np.empty(2 * (arc.size + paths.node.size), np.int64),
         ),
         calendar=Calendar(

@@ -290,6 +290,7 @@ class Routes(NamedTuple):
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
     given: np.ndarray  # (n,) int32: given routes one after the other, arcs
     trail: np.ndarray  # (n,) VISITED
+    passed: np.ndarray  # (most arcs of a vertex,) float64: sums of their weights, in a choice
     heap: np.ndarray  # (2 arcs + 2 vertices,) int64
 
 

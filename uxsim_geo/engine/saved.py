@@ -40,7 +40,7 @@ _LARGEST = 1 << 36  # bytes of one array
 _RATIO, _LEAST_BYTES = 230, 64_000_000
 
 #: parts of the world that are worked on and hold nothing between two steps
-_SCRATCH = ("candidate", "heap", "event", "pending_words")
+_SCRATCH = ("candidate", "passed", "heap", "event", "pending_words")
 #: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
 _DAMAGED = (
     OSError,
