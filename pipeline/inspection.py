@@ -19,6 +19,7 @@ from pipeline.study_inspection import describe_study
 from pipeline.warned import warnings_in
 from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.network.note_words import notes_in_words
+from uxsim_geo.network.own_data import holds_own_data
 from uxsim_geo.network.rows import count
 from uxsim_geo.network.units import KMH, LENGTHS, PER_HOUR, PER_KM
 
@@ -105,17 +106,17 @@ def describe_network(path: Path) -> str:
 def describe_geopackage(path: Path) -> str:
     """Layers with their rows, geometry and columns."""
     import pyogrio
-    from pyogrio.errors import DataSourceError
 
-    try:
-        with warnings.catch_warnings():
+    from uxsim_geo.damage import damage_as_fault
+
+    faults, layers = Faults(str(path)), []
+    if holds_own_data(path, faults):
+        reading = damage_as_fault(faults, "is no GeoPackage that can be read")
+        with warnings.catch_warnings(), reading:
             # pyogrio leaves out the fourth coordinate of trajectories, and says so
             warnings.filterwarnings("ignore", message="Measured")
             layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
-    except DataSourceError as error:
-        raise InputError(
-            [Fault(f"is no GeoPackage that can be read: {error}", str(path))]
-        ) from None
+    faults.raise_if_any()
     rows = [
         (
             str(layer["layer_name"]),
@@ -130,8 +131,11 @@ def describe_geopackage(path: Path) -> str:
 
 def describe_table(path: Path) -> str:
     """Rows, columns with their type and range, and the first rows."""
-    from uxsim_geo.parquet import read_tables
+    from uxsim_geo.parquet import check_parquet, read_tables
 
+    faults = Faults(str(path))
+    if not check_parquet(path, faults):
+        faults.raise_if_any()
     (table,) = read_tables(path)
     rows = [
         (str(name), str(table[name].dtype), _range(table[name]), _missing(table[name]))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import Fault, Faults, InputError
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -46,13 +46,11 @@ def areas_in(
 
 
 def _polygons(file: PolygonFile) -> gpd.GeoDataFrame:
-    import geopandas as gpd
+    from uxsim_geo.network.vector_files import read_vector_file
 
-    if not file.path.is_file():
-        raise InputError([Fault(f"{file.key}: there is no such file", value=file.path)])
-    try:
-        polygons: gpd.GeoDataFrame = gpd.read_file(file.path)
-    except (OSError, RuntimeError, ValueError) as error:
-        what = f"{file.key}: is no file of polygons that can be read ({error})"
-        raise InputError([Fault(what, value=file.path)]) from None
+    faults = Faults()
+    polygons = read_vector_file(file.path, None, faults)
+    if polygons is None:
+        told = (f"{file.key}: {fault.what}" for fault in faults.found)
+        raise InputError(Fault(what, value=file.path) for what in told)
     return polygons

@@ -82,11 +82,19 @@ def repeat_run(order: Repeat) -> Repetition:
     folder = order.target(config.name)
     command = ["uxsim-geo", "run", str(order.manifest)]
     run = Run(config, folder, order.watch, command, order.stages)
-    last = [stage.name for stage in order.stages if stage.name in manifest.stages][-1]
-    problems = run.execute(last, force=True)
+    problems = run.execute(_last_stage(order, manifest), force=True)
     same, different = compared_files(first, manifest, folder)
     remarks = [*changed_inputs(first, manifest), *_changed_programs(manifest)]
     return Repetition(folder, same, [*problems, *different], remarks)
+
+
+def _last_stage(order: Repeat, manifest: Manifest) -> str:
+    """Name the stage that the first run had come to."""
+    done = [stage.name for stage in order.stages if stage.name in manifest.stages]
+    if not done:
+        what = "names no stage that this version knows: run the run's config.yaml"
+        raise InputError([Fault(what, str(order.manifest))])
+    return done[-1]
 
 
 def _manifest_of(path: Path) -> Manifest:

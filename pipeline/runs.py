@@ -6,12 +6,17 @@ import json
 import os
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
+from functools import cache
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from pipeline.lines import readable
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete, sha256_of
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 MANIFEST = "manifest.json"
 CONFIG = "config.yaml"
@@ -48,6 +53,8 @@ class StageRecord:
         of the outputs in a store; empty where they are in none
     versions
         of the libraries that it ran with, by their names
+    left
+        names of files of earlier runs that are still there, where the stage was not finished
     """
 
     settings: dict[str, Any] = field(default_factory=dict)
@@ -59,6 +66,7 @@ class StageRecord:
     wall_s: float = 0.0
     key: str = ""
     versions: dict[str, str] = field(default_factory=dict)
+    left: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -98,12 +106,13 @@ class RunFolder:
     def read_manifest(self) -> Manifest:
         """Return the manifest; an empty one where there is none that can be believed."""
         try:
-            data = json.loads((self / MANIFEST).read_text(encoding="utf-8"))
-            if data.pop("format") != MANIFEST_FORMAT:
+            data = read_json(self / MANIFEST)
+            if data["format"] != MANIFEST_FORMAT:
                 return Manifest()
             stages = {name: stage_record(entry) for name, entry in data["stages"].items()}
+            of_form(_RunFacts, data["run"])
             return Manifest(data["run"], stages)
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
             # absent, unreadable or damaged: nothing in it counts, every stage is run again
             return Manifest()
 
@@ -118,7 +127,7 @@ class RunFolder:
         self.create()
         now = datetime.now(UTC).isoformat(timespec="seconds")
         with (self / name).open("a", encoding="utf-8") as log:
-            log.writelines(f"{now} {line}\n" for line in text.splitlines())
+            log.writelines(f"{now} {readable(line)}\n" for line in text.splitlines())
 
     def output_records(self, names: Iterable[str]) -> dict[str, FileRecord]:
         """Record files of this folder by their names in it."""
@@ -133,7 +142,8 @@ def record_file(path: Path, name: str | None = None) -> FileRecord:
 def is_unchanged(record: FileRecord, path: Path) -> bool:
     """Tell whether the file is there with the size and content recorded."""
     try:
-        if path.stat().st_size != record.size:
+        # a device or a pipe, which a path in a manifest may well be, would be read for ever
+        if not path.is_file() or path.stat().st_size != record.size:
             return False
         return record_file(path).sha256 == record.sha256
     except OSError:
@@ -141,14 +151,59 @@ def is_unchanged(record: FileRecord, path: Path) -> bool:
 
 
 def stage_record(entry: dict[str, Any]) -> StageRecord:
-    """Make a record of what JSON holds; raises ValueError, KeyError or TypeError if it cannot."""
+    """Make a record of what JSON holds; raises ValueError or KeyError if it cannot."""
+    record: StageRecord = of_form(StageRecord, entry)
     # outputs are deleted when they are out of date: never one outside the folder
-    if any(
-        PurePath(name).is_absolute() or ".." in PurePath(name).parts for name in entry["outputs"]
-    ):
-        raise ValueError("an output that does not lie in the run's folder")
-    files = {
-        side: {name: FileRecord(**record) for name, record in entry[side].items()}
-        for side in ("inputs", "outputs")
-    }
-    return StageRecord(**{**entry, **files})
+    check_inside((*record.outputs, *record.left))
+    if record.started:
+        # both are written into the crate again, with the moment of the end
+        _ = datetime.fromisoformat(record.started) + timedelta(seconds=record.wall_s)
+    return record
+
+
+def remove_files(folder: Path, names: Iterable[str]) -> None:
+    """Remove files of a folder, where they are there: none that links lead to elsewhere."""
+    for name in names:
+        if lies_in(folder, name):
+            (folder / name).unlink(missing_ok=True)
+
+
+def lies_in(folder: Path, name: str) -> bool:
+    """Tell whether a file of this name is in the folder, and not where a link leads to."""
+    return (folder / name).parent.resolve().is_relative_to(folder.resolve())
+
+
+def check_inside(names: Iterable[str]) -> None:
+    """Raise ValueError if a name, as a file has it, leads out of the folder it belongs to."""
+    for name in names:
+        path = PurePath(name)
+        if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name:
+            raise ValueError("a name that does not lie in the folder")
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file; raises OSError or ValueError, also where it is nested too deeply."""
+    from pydantic_core import from_json
+
+    return from_json(path.read_bytes())
+
+
+def of_form(form: Any, value: object) -> Any:
+    """Make a dataclass of what JSON holds; raises ValueError if its values are of other types."""
+    return _adapter(form).validate_python(value)
+
+
+@cache
+def _adapter(form: Any) -> TypeAdapter[Any]:
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(form)
+
+
+@dataclass(frozen=True)
+class _RunFacts:
+    """Of what a manifest says of a run: that which is read again, with its types."""
+
+    config: dict[str, Any] = field(default_factory=dict)
+    config_file: FileRecord = FileRecord(CONFIG, "", 0)
+    versions: dict[str, str] = field(default_factory=dict)

@@ -14,7 +14,15 @@ from typing import Any
 
 from pipeline.config_file import named_values
 from pipeline.ingest_config import IngestSection
-from pipeline.runs import MANIFEST, FileRecord, RunFolder, record_file
+from pipeline.runs import (
+    MANIFEST,
+    FileRecord,
+    RunFolder,
+    check_inside,
+    of_form,
+    read_json,
+    record_file,
+)
 from pipeline.store import Store
 from pipeline.study_jobs import NAMES, Report
 from uxsim_geo.errors import Fault, InputError
@@ -96,12 +104,19 @@ class StudyFolder:
     def read_manifest(self) -> StudyManifest:
         """Return the manifest; an empty one where there is none that can be believed."""
         try:
-            data = json.loads((self.path / MANIFEST).read_text(encoding="utf-8"))
+            data = read_json(self.path / MANIFEST)
             if data["format"] != MANIFEST_FORMAT:
                 return StudyManifest()
-            outputs = {name: FileRecord(**record) for name, record in data["outputs"].items()}
-            return StudyManifest(data["study"], data["runs"], outputs)
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            manifest: StudyManifest = of_form(StudyManifest, data)
+            if manifest.study:
+                of_form(_StudyFacts, manifest.study)
+            for run in manifest.runs:
+                of_form(_RunEntry, run)
+            check_inside(manifest.outputs)
+            check_inside(run["folder"] for run in manifest.runs)
+            check_inside(manifest.study.get(SOURCES, ()))
+            return manifest
+        except (OSError, ValueError, KeyError, TypeError):
             return StudyManifest()
 
     def write_manifest(self, manifest: StudyManifest) -> None:
@@ -146,6 +161,45 @@ class StudyFolder:
             except OSError:  # a file system without locks
                 pass
             yield
+
+
+@dataclass(frozen=True)
+class _ComparisonFacts:
+    """What it says of the comparison: see :class:`pipeline.study_earlier.Concluded`."""
+
+    key: str = ""
+    files: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class _StudyFacts:
+    """Of what a manifest says of a study: that which is read again, with its types."""
+
+    name: str
+    ended: str = ""
+    seeds: list[int] = field(default_factory=list)
+    scenarios: list[str] = field(default_factory=list)
+    edits: dict[str, list[str]] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
+    code: str = ""
+    sources: list[str] = field(default_factory=list)
+    comparison: _ComparisonFacts = _ComparisonFacts()
+    text: str = ""
+    config: dict[str, Any] = field(default_factory=dict)
+    folder: str = ""
+    base_document: dict[str, Any] = field(default_factory=dict)
+    base_folder: str = ""
+
+
+@dataclass(frozen=True)
+class _RunEntry:
+    """What a manifest says of each run: :func:`run_entry`."""
+
+    scenario: str
+    seed: int
+    folder: str
+    status: str
+    problems: list[str]
 
 
 def is_study(path: Path) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.columns import align
 from pipeline.comparison_files import FOLDER
+from pipeline.runs import is_unchanged
 from pipeline.scenarios import BASE
 from pipeline.study_folder import FIGURES, StudyFolder, StudyManifest
 from pipeline.sweep_results import SWEEP
@@ -29,11 +30,14 @@ KEY_FIGURES = (
 #: scenarios that fit a screen
 MOST_SHOWN = 12
 
+#: of the comparison
+TOTALS_FILE = f"{FOLDER}/totals.csv"
+
 #: files that are named where they are there, and what they hold
 PLACES = {
     "comparison.html": "what differs, to read",
     "comparison.gpkg": "what differs, for a GIS",
-    f"{FOLDER}/totals.csv": "what differs in all figures, with intervals",
+    TOTALS_FILE: "what differs in all figures, with intervals",
     FIGURES: "all figures of all runs",
     SWEEP: "parameters and figures of the points of the sweep",
     "runs": "the runs, by scenario and seed",
@@ -49,7 +53,7 @@ def describe_study(path: Path) -> str:
         align(list(_scenarios(manifest)), right=(1, 2)),
         *_failed(manifest),
     ]
-    if (path / FIGURES).is_file():
+    if FIGURES in manifest.outputs:
         parts += _figures(path, manifest)
     places = [(str(path / name), what) for name, what in PLACES.items() if (path / name).exists()]
     return "\n\n".join(filter(None, [*parts, align(places)]))
@@ -101,9 +105,13 @@ def _figures(path: Path, manifest: StudyManifest) -> Iterator[str]:
     """Yield a table of key figures: means of the base, and what is added to them."""
     import pandas as pd
 
+    names = [name for name in (FIGURES, TOTALS_FILE) if name in manifest.outputs]
+    changed = [name for name in names if not is_unchanged(manifest.outputs[name], path / name)]
+    if changed:
+        yield f"{' and '.join(changed)}: not as the study wrote it, and not shown; call it again"
+        return
     runs = pd.read_csv(path / FIGURES)
-    totals = path / FOLDER / "totals.csv"
-    compared = pd.read_csv(totals) if totals.is_file() else None
+    compared = pd.read_csv(path / TOTALS_FILE) if TOTALS_FILE in names else None
     known = {quantity.name: quantity for quantity in TOTALS}
     rows = [("mean of the seeds", *(known[name].title for name in KEY_FIGURES))]
     rows += [("", *(known[name].unit for name in KEY_FIGURES))]
@@ -115,7 +123,9 @@ def _figures(path: Path, manifest: StudyManifest) -> Iterator[str]:
             by_figure: Mapping[Any, Any] = told.to_dict("index")
             if by_figure:  # points of a sweep are not compared
                 rows.append((name, *(_difference(by_figure.get(one)) for one in KEY_FIGURES)))
-    what = "differences from the base, with half of the 95 % interval" if totals.is_file() else ""
+    what = (
+        "differences from the base, with half of the 95 % interval" if TOTALS_FILE in names else ""
+    )
     yield "\n".join(filter(None, [align(rows, right=range(1, 6)), what]))
 
 

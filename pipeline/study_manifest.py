@@ -77,13 +77,15 @@ def study_from(path: Path) -> StudyFile:
     """
     folder = StudyFolder(path.parent)
     told = folder.read_manifest().study if path.name == MANIFEST else {}
-    if not {"text", "config", "folder", "base_document", "base_folder"} <= told.keys():
+    needed = {"text", "config", "folder", "base_document", "base_folder"}
+    config = told.get("config", {})
+    if not (needed <= told.keys() and {"name", "set", "seeds"} <= config.keys()):
         what = "is no manifest of a study that can be repeated: name runs/STUDY/manifest.json"
         raise InputError([Fault(what, str(path))])
     root = path.parent.resolve()
     document = yaml_of(told["text"], f"{path}, {STUDY}")
     # what the command line said then, and the base that is in the manifest
-    document.values |= {name: told["config"][name] for name in ("name", "set", "seeds")}
+    document.values |= {name: config[name] for name in ("name", "set", "seeds")}
     document.values["base"] = str(path.resolve())
     study = Reading(document, (root / told["folder"]).resolve())
     base = YamlSource(str(path), deepcopy(told["base_document"]))

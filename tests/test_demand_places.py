@@ -179,7 +179,7 @@ def test_zones_from_files(tmp_path: Path) -> None:
         read_zones(tmp_path / "zones.gpkg")
     with pytest.raises(InputError, match="no such file"):
         read_zones(tmp_path / "absent.gpkg")
-    with pytest.raises(InputError, match="cannot be read as a layer"):
+    with pytest.raises(InputError, match="cannot be read as a table"):
         read_zones(write(tmp_path, "text.gpkg", "no database"))
     table_without = write(tmp_path, "zones.csv", "zone\n1\n")
     with pytest.raises(InputError, match="has no geometry"):

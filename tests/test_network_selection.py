@@ -267,7 +267,7 @@ def test_areas_that_are_none_are_refused(tmp_path: Path) -> None:
         (knot, "is no valid polygon (Self-intersection"),
         ("nowhere.gpkg", "is neither WKT nor a file that is there"),
         (str(points), "holds no polygon"),
-        (str(broken), "cannot be read as GeoJSON or GeoPackage"),
+        (str(broken), "cannot be read as a table"),
     ):
         assert message in refusal(mapped(), Target(polygon=polygon)), polygon
 

@@ -112,7 +112,7 @@ def test_tables_that_are_none(tmp_path: Path, network: Network, text: str, what:
 
 
 def test_a_geopackage_that_is_none(tmp_path: Path, network: Network) -> None:
-    with pytest.raises(InputError, match="is not a GeoPackage"):
+    with pytest.raises(InputError, match="cannot be read as a table"):
         apply_overrides(network, write(tmp_path, "over.gpkg", "no database"))
     with pytest.raises(InputError, match="no such file"):
         apply_overrides(network, tmp_path / "nowhere.gpkg")

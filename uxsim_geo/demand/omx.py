@@ -7,6 +7,7 @@ one-dimensional sets in the group ``lookup``. See https://github.com/osPlanning/
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,12 +17,20 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.damage import damage_as_fault
+from uxsim_geo.demand.hdf5_guard import has_endless_heap
 from uxsim_geo.demand.od_table import CLASS, TIMES, OdTable, check_od, ordered
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.notes import Notes
 
 #: cells of one core; more would take a GB and more
 MOST_CELLS = 100_000_000
+
+#: cells with trips of one core, whatever the size of the file, which has a byte or more for each
+MOST_TRIPS = 4_000_000
+
+#: bytes of one value, or of one chunk
+MOST_BYTES = 200_000_000
 
 #: cells that are read at once
 BLOCK = 4_000_000
@@ -99,14 +108,11 @@ def _read(
             'OMX files are read with h5py, which is not installed: pip install "uxsim-geo[omx]"'
         )
         return []
-    try:
+    with damage_as_fault(faults, "is no OMX file (HDF5), or damaged"):
+        if has_endless_heap(path):
+            raise ValueError("a heap of texts has no end")
         with h5py.File(path, "r") as file:
             return _read_open(file, cores, lookup, told)
-    except FileNotFoundError:
-        faults.add("there is no such file")
-    except (OSError, KeyError, RuntimeError, ValueError) as error:
-        # what HDF5 raises depends on the place of the damage
-        faults.add(f"is no OMX file (HDF5), or damaged: {error}")
     return []
 
 
@@ -156,6 +162,9 @@ def _sets(file: Any, group: str, faults: Faults) -> dict[str, Any]:
             continue
         if one.is_virtual or one.external:
             faults.add("has its values in another file", column=f"{group}/{name}")
+        elif math.prod(one.chunks or (1,)) * one.dtype.itemsize > MOST_BYTES:
+            what = f"has values or chunks of over {MOST_BYTES:,} bytes, which are read as one"
+            faults.add(what, column=f"{group}/{name}")
         else:
             found[str(name)] = one
     return found
@@ -220,10 +229,19 @@ def _long_form(
     core: OmxCore, matrix: Any, zones: npt.NDArray[np.object_], faults: Faults
 ) -> pd.DataFrame:
     """One row a cell with vehicles."""
-    parts = []
+    parts: list[pd.DataFrame] = []
+    number, most = 0, max(MOST_TRIPS, matrix.file.id.get_filesize())
     for begin, cells in _blocks(matrix):
         row, column = np.nonzero(cells)
         vehicles = cells[row, column]
+        number += len(vehicles)
+        if number > most:
+            what = (
+                f"has over {most:,} cells with trips, more than such a file can hold: is it "
+                "damaged? If not, write it without compression"
+            )
+            faults.add(what, column=f"core {core.name}")
+            break
         wrong = ~(np.isfinite(vehicles) & (vehicles > 0))
         for place in np.flatnonzero(wrong)[: faults.limit].tolist():
             pair = f"{zones[begin + row[place]]} to {zones[column[place]]}"

@@ -12,14 +12,15 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.damage import damage_as_fault
 from uxsim_geo.demand.od_table import add_of_rows
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.text import read_lines
+from uxsim_geo.network.vector_files import PARQUET
+from uxsim_geo.parquet import NO_TABLE, check_parquet
 
 #: what may stand between the values of a line: whichever comes first in the line of names
 DELIMITERS = ",;\t"
-
-PARQUET = (".parquet", ".pq", ".geoparquet")
 
 
 def read_table_file(path: Path, faults: Faults, *, numbers: bool = False) -> pd.DataFrame | None:
@@ -37,17 +38,15 @@ def read_table_file(path: Path, faults: Faults, *, numbers: bool = False) -> pd.
 
 
 def _read_parquet(path: Path, faults: Faults) -> pd.DataFrame | None:
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    try:
+    table: pd.DataFrame | None = None
+    if not check_parquet(path, faults):
+        return None
+    with damage_as_fault(faults, NO_TABLE):
         # what pandas adds to the schema is not needed, and may be damaged
         table = pq.ParquetFile(path).read().replace_schema_metadata(None).to_pandas()
-    except FileNotFoundError:
-        faults.add("there is no such file")
-        return None
-    except (OSError, ValueError, pa.ArrowException) as error:
-        faults.add(f"is not a Parquet table: {error}")
+    if table is None:
         return None
     table.columns = [str(name) for name in table.columns]
     found: pd.DataFrame = table.set_index(pd.RangeIndex(1, len(table) + 1, name="row"))

@@ -14,11 +14,12 @@ import pandas as pd
 from uxsim_geo.demand.access import ENDS, Access, End, with_shares
 from uxsim_geo.demand.od_table import add_of_rows, natural_order
 from uxsim_geo.demand.points import Plane, node_metres, plane_of, usable_nodes
-from uxsim_geo.demand.table_files import PARQUET, ids_of
+from uxsim_geo.demand.table_files import ids_of
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
 from uxsim_geo.network.rows import lacking, numbers
+from uxsim_geo.network.vector_files import read_vector_file
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -61,11 +62,12 @@ def read_zones(path: Path, zone_column: str = "zone", *, layer: str | None = Non
     without name or geometry, or named twice, geometry of another kind.
     """
     faults = Faults(str(path))
-    table = _read_layer(path, layer, faults)
+    table = read_vector_file(path, layer, faults)
     faults.raise_if_any()
-    if "geometry" not in table:
-        faults.add("has no geometry: zones are areas or points")
-    elif zone_column not in table:
+    assert table is not None, "else there was a fault"
+    if table.geometry.name != "geometry":
+        table = table.rename_geometry("geometry")
+    if zone_column not in table:
         there = ", ".join(str(name) for name in table.columns)
         faults.add(f"has no such column (columns here: {there})", column=zone_column)
     faults.raise_if_any()
@@ -74,27 +76,6 @@ def read_zones(path: Path, zone_column: str = "zone", *, layer: str | None = Non
     table = table.drop(columns=zone_column).assign(zone=zones)
     check_zones(table, faults)
     faults.raise_if_any()
-    return table
-
-
-def _read_layer(path: Path, layer: str | None, faults: Faults) -> Any:
-    """A layer of a file as a table; a fault, and None, where there is none."""
-    import geopandas
-    from pyogrio.errors import DataSourceError
-
-    if not path.exists():
-        faults.add("there is no such file")
-        return None
-    try:
-        if path.suffix.lower() in PARQUET:
-            table = geopandas.read_parquet(path)
-        else:
-            table = geopandas.read_file(path, layer=layer)
-    except (DataSourceError, OSError, ValueError) as error:
-        faults.add(f"cannot be read as a layer of zones: {error}")
-        return None
-    if isinstance(table, geopandas.GeoDataFrame) and table.geometry.name != "geometry":
-        table = table.rename_geometry("geometry")
     return table
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from uxsim_geo.engine.calendar import mark
-from uxsim_geo.engine.changes import find_ways, refresh_queues, sense_state, turn_away
+from uxsim_geo.engine.changes import refresh_queues, sense_state
 from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.node import visit
 from uxsim_geo.engine.records import Calendar, World, announced, compiled, spliced
-from uxsim_geo.engine.routes import update_routes
 
 
 @spliced
@@ -37,10 +36,8 @@ def advance(w: World):
 
 @spliced
 def open_step(w: World, step):
-    """Update the routes if it is time, and mark the nodes of all queues listed for a step."""
+    """Mark the nodes of all queues listed for a step."""
     clock = w.links.clock[0]
-    if step == clock["update_step"]:
-        update_routes(w, step)
     q = w.calendar.bucket[step]
     while q >= 0:
         queue = w.links.queue[q]
@@ -87,15 +84,3 @@ def sense(links, road, standing, waiting):
 def refresh(queues, changed):
     """See `refresh_queues`."""
     return refresh_queues(queues, changed)
-
-
-@compiled
-def avoid(w, avoided):
-    """See `turn_away`."""
-    return turn_away(w, avoided)
-
-
-@compiled
-def introduce(w):
-    """See `find_ways`."""
-    return find_ways(w)

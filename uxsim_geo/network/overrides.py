@@ -23,6 +23,7 @@ from uxsim_geo.network.rows import whole_where_possible
 from uxsim_geo.network.text import read_bytes
 from uxsim_geo.network.tntp_rows import number
 from uxsim_geo.network.units import CAPACITIES, LENGTHS, SPEEDS
+from uxsim_geo.network.vector_files import layers_of, read_layer
 
 NUMBERS = ("length", "lanes", "free_speed", "jam_density", "capacity", "merge_priority")
 TEXTS = ("road_class", "name", "source_id")
@@ -119,17 +120,14 @@ def _read_geopackage(path: Path, faults: Faults) -> Overrides:
     nothing = Overrides(pd.DataFrame(), [])
     if read_bytes(path, faults) is None:
         return nothing
-    import pyogrio
-    from pyogrio.errors import DataLayerError, DataSourceError
-
-    try:
-        layers = [str(name) for name in pyogrio.list_layers(path)[:, 0]]
-        if len(layers) != 1:
-            faults.add(f"must hold one table, it holds {', '.join(layers) or 'none'}")
-            return nothing
-        found = pyogrio.read_dataframe(path, read_geometry=False)
-    except (DataLayerError, DataSourceError) as error:
-        faults.add(f"is not a GeoPackage: {error}")
+    layers = list(layers_of(path, faults))
+    if faults.found:
+        return nothing
+    if len(layers) != 1:
+        faults.add(f"must hold one table, it holds {', '.join(layers) or 'none'}")
+        return nothing
+    found = read_layer(path, layers[0], faults, read_geometry=False)
+    if found is None:
         return nothing
     if "link_id" not in found:
         faults.add("lacks the column link_id", value=", ".join(found.columns))

@@ -46,8 +46,8 @@ class Paths:
         tail, then by link, and vertices of a node that have any have them over the same links
     link
         (arcs,) row of the link of each
-    start
-        (links,) row of the node at which each link starts
+    start, end
+        (links,) row of the node at which each link starts, and ends
     """
 
     node: Ints
@@ -56,6 +56,7 @@ class Paths:
     head: Ints
     link: Ints
     start: Ints
+    end: Ints
 
     @classmethod
     def of(cls, network: Network) -> Paths:
@@ -82,7 +83,7 @@ class Paths:
         usual = np.stack([first[start], head, np.arange(start.size)])
         arcs = np.concatenate([usual, beginnings.arcs(vertex_of, start, head)], axis=1)
         tail, head, link = arcs[:, np.lexsort((arcs[2], arcs[0]))]
-        return cls(node, first, tail, head, link, start)
+        return cls(node, first, tail, head, link, start, end)
 
     def arcs_along(self, route: Sequence[int]) -> list[int]:
         """Return the arcs of a route, up to where it must not be driven on.

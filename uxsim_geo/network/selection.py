@@ -11,9 +11,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.control.site import Target
+from uxsim_geo.damage import damage_as_fault
 from uxsim_geo.errors import Faults, did_you_mean
 from uxsim_geo.network.expressions import add_unknown_texts, rows_where
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.vector_files import PARQUET, layers_of, read_layer, read_vector_file
 
 #: unknown ids for which those nearest to them are looked for, which takes long in large networks
 SUGGESTED = 5
@@ -181,11 +183,9 @@ def _from_text(text: str, faults: Faults) -> npt.NDArray[Any] | None:
 
 def _from_file(path: Path, crs: Any, faults: Faults) -> npt.NDArray[Any] | None:
     """Return the polygons of all layers of a file, in the reference system of the network."""
-    try:
-        layers = _polygon_layers(path)
-        what = "" if layers else "holds no polygon"
-    except (OSError, ValueError) as error:
-        layers, what = [], str(error)
+    layers, what = _polygon_layers(path)
+    if not what and not layers:
+        what = "holds no polygon"
     if not what and crs is None:
         what = (
             "cannot be laid over the network, whose reference system is not known: give the "
@@ -196,19 +196,24 @@ def _from_file(path: Path, crs: Any, faults: Faults) -> npt.NDArray[Any] | None:
     if what:
         faults.add(what, column="polygon", value=str(path))
         return None
-    return np.concatenate([layer.to_crs(crs).geometry.to_numpy() for layer in layers])
+    own = Faults()
+    with damage_as_fault(own, "cannot be brought to the network's reference system"):
+        return np.concatenate([layer.to_crs(crs).geometry.to_numpy() for layer in layers])
+    faults.add(own.found[0].what, column="polygon", value=str(path))
+    return None
 
 
-def _polygon_layers(path: Path) -> list[Any]:
-    """Return a table of the polygons of each layer that has some; ValueError if none is read."""
-    import pyogrio
-
+def _polygon_layers(path: Path) -> tuple[list[Any], str]:
+    """Return a table of the polygons of each layer that has some, and why they cannot be read."""
     if not path.is_file():
-        raise ValueError("is neither WKT nor a file that is there")
-    try:
-        names = [str(name) for name, shape in pyogrio.list_layers(path) if shape is not None]
-        tables = [pyogrio.read_dataframe(path, layer=name, columns=[]) for name in names]
-    except pyogrio.errors.DataSourceError as error:
-        raise ValueError(f"cannot be read as GeoJSON or GeoPackage: {error}") from error
+        return [], "is neither WKT nor a file that is there"
+    own = Faults()
+    if path.suffix.lower() in PARQUET:
+        tables: list[Any] = [read_vector_file(path, None, own)]
+    else:
+        names = [name for name, shape in layers_of(path, own).items() if shape is not None]
+        tables = [read_layer(path, name, own, columns=[]) for name in names]
+    if own.found:
+        return [], own.found[0].what
     areas = [table[table.geom_type.isin(("Polygon", "MultiPolygon"))] for table in tables]
-    return [area for area in areas if len(area)]
+    return [area for area in areas if len(area)], ""
