@@ -75,11 +75,12 @@ def settings(asked: Told) -> Settings:
 def run_whole(asked: Told) -> dict[str, float]:
     """Read, simulate, and have events and trips as tables."""
     from uxsim_geo.engine.simulation import Simulation
+    from uxsim_geo.machine import Machine
 
     started = time.perf_counter()
     network, demand = read(asked.folder)
     how = settings(asked)
-    run = Simulation(network, demand, how, threads=asked.case["threads"])
+    run = Simulation(network, demand, how, machine=Machine(asked.case["threads"]))
     before = time.process_time()
     run.advance(how.duration)
     busy = time.process_time() - before
@@ -90,7 +91,7 @@ def run_whole(asked: Told) -> dict[str, float]:
         "engine_s": run.wall_s,
         "engine_cpu_s": busy,
         "whole_s": whole,
-        "entries": len(result.events),
+        "entries": len(result.log),
         "vehicles": float(vehicles.sum()),
         "completed": float(vehicles[result.trips["status"] == "completed"].sum()),
     }
@@ -99,11 +100,12 @@ def run_whole(asked: Told) -> dict[str, float]:
 def update_routes(asked: Told) -> dict[str, float]:
     """Update the routes again and again, while all are at home: ms of the first, and the median."""
     from uxsim_geo.engine.simulation import Simulation
+    from uxsim_geo.machine import Machine
 
     started = time.perf_counter()
     network, demand = read(asked.folder)
     how = settings(asked)
-    run = Simulation(network, demand, how, threads=asked.case["threads"])
+    run = Simulation(network, demand, how, machine=Machine(asked.case["threads"]))
     ready = time.perf_counter() - started
     taken = []
     for number in range(asked.case["updates"]):

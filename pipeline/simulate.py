@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline import ingest
+from pipeline.allowance import allowed_machine
 from pipeline.config import Config
 from pipeline.config_keys import files_in
 from pipeline.control_config_faults import as_written
@@ -82,6 +83,7 @@ def _simulated(task: Task, events_file: Path) -> Result:
             ],
             classes=[entry.driver_class() for entry in section.classes],
             progress=task.watch.simulated,
+            machine=allowed_machine(),
             events_file=events_file,
         )
     except InputError as error:

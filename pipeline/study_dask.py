@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
+from pipeline.allowance import one_thread_each
 from pipeline.study_jobs import Job, Report, lost, run_job, warm_up
 from pipeline.study_processes import Group
 from uxsim_geo.errors import Fault, InputError
@@ -103,6 +104,7 @@ class Dask:
 
 
 def _run_group(jobs: Sequence[Job]) -> list[Report]:
+    one_thread_each()
     return [run_job(job) for job in jobs]
 
 

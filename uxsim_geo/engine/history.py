@@ -99,7 +99,7 @@ def remember(routes: Routes, slot, arc, on_tree, share):
 def remember_lanes(routes: Routes, h: Hierarchy, batch, room: Lanes, share):
     """Renew the weights of all arcs for a batch, by the distances at hand; `share` is λ.
 
-    Lanes that are `fresh` forget what was before.
+    Lanes that are `fresh` forget what was before, those that are `idle` are left as they are.
     """
     count = routes.worth.shape[0]
     if count == 0:
@@ -113,21 +113,24 @@ def remember_lanes(routes: Routes, h: Hierarchy, batch, room: Lanes, share):
 @kernel
 def shift_byte(routes: Routes, h: Hierarchy, row, room: Lanes):
     """Put the bit of a new update before the others, in a row of the history."""
-    distance, fresh, history = room.distance, room.fresh, routes.history
+    distance, history = room.distance, routes.history
+    fresh, idle = room.fresh, room.idle
     for arc in range(np.uint64(h.tail.size)):
         tail, head = np.uint64(h.tail[arc]), np.uint64(h.head[arc])
         cost = routes.arc[arc]["cost"]
         for lane in range(LANES):
             is_on = np.int32(distance[head, lane] + cost) == distance[tail, lane]
             bit = np.uint8(_NEWEST | fresh[lane]) if is_on else _NONE
-            older = np.uint8(history[row, arc, lane] >> _ONE)
-            history[row, arc, lane] = np.uint8(older & np.uint8(fresh[lane] ^ _ALL)) | bit
+            before = history[row, arc, lane]
+            older = np.uint8(np.uint8(before >> _ONE) & np.uint8(fresh[lane] ^ _ALL))
+            history[row, arc, lane] = before if idle[lane] else np.uint8(older | bit)
 
 
 @kernel
 def shift_two_bytes(routes: Routes, h: Hierarchy, row, room: Lanes):
     """Put the bit of a new update before the others, in a row of the history and the next."""
-    distance, fresh, history = room.distance, room.fresh, routes.history
+    distance, history = room.distance, routes.history
+    fresh, idle = room.fresh, room.idle
     for arc in range(np.uint64(h.tail.size)):
         tail, head = np.uint64(h.tail[arc]), np.uint64(h.head[arc])
         cost = routes.arc[arc]["cost"]
@@ -137,15 +140,18 @@ def shift_two_bytes(routes: Routes, h: Hierarchy, row, room: Lanes):
             keep = np.uint8(fresh[lane] ^ _ALL)
             older = np.uint8(np.uint8(first << _SEVEN) | np.uint8(second >> _ONE))
             whole = fresh[lane] if is_on else _NONE
-            history[row + 1, arc, lane] = np.uint8(older & keep) | whole
+            older = np.uint8(np.uint8(older & keep) | whole)
+            history[row + 1, arc, lane] = second if idle[lane] else older
             bit = np.uint8(_NEWEST | fresh[lane]) if is_on else _NONE
-            history[row, arc, lane] = np.uint8(np.uint8(first >> _ONE) & keep) | bit
+            newer = np.uint8(np.uint8(np.uint8(first >> _ONE) & keep) | bit)
+            history[row, arc, lane] = first if idle[lane] else newer
 
 
 @kernel
 def blend_lanes(routes: Routes, h: Hierarchy, batch, room: Lanes, share):
     """B ← (1−share)B + share·tree, for a batch."""
-    distance, fresh, weight = room.distance, room.fresh, routes.weight
+    distance, weight = room.distance, routes.weight
+    fresh, idle = room.fresh, room.idle
     keep, add = np.float32(1.0 - share), np.float32(share)
     none, whole = np.float32(0.0), np.float32(1.0)
     for arc in range(np.uint64(h.tail.size)):
@@ -153,7 +159,8 @@ def blend_lanes(routes: Routes, h: Hierarchy, batch, room: Lanes, share):
         cost = routes.arc[arc]["cost"]
         for lane in range(LANES):
             is_on = np.int32(distance[head, lane] + cost) == distance[tail, lane]
-            kept = np.float32(weight[batch, arc, lane] * keep)
-            kept = np.float32(kept + (add if is_on else none))
+            before = weight[batch, arc, lane]
+            new = np.float32(np.float32(before * keep) + (add if is_on else none))
             at_first = whole if is_on else none
-            weight[batch, arc, lane] = at_first if fresh[lane] else kept
+            new = at_first if fresh[lane] else new
+            weight[batch, arc, lane] = before if idle[lane] else new

@@ -321,6 +321,7 @@ class Lanes(NamedTuple):
     distance: np.ndarray  # (vertices, LANES) int32: of every place, ms; see `sweep`
     nearer: np.ndarray  # (LANES,) int32: by how much all is nearer than FARTHEST, ms
     fresh: np.ndarray  # (LANES,) uint8: 255 where no way has been looked for before
+    idle: np.ndarray  # (LANES,) uint8: 255 where no way is looked for now
     toward: np.ndarray  # (vertices or 0, LANES) int32: the arc over which a vertex goes on
     time: np.ndarray  # (vertices or 0,) float64: of a vertex at free flow, s
     passed: np.ndarray  # (vertices or 0,) int32: vertices on the way

@@ -57,8 +57,12 @@ class Router:
         if self.hierarchy is None and vertices > 1:
             by_heap = self.passes * destinations * vertices * _TREE_PER_VERTEX
             if by_heap > _BUILDING + vertices * _BUILDING_PER_VERTEX:
-                self.hierarchy = build_hierarchy(self.paths)
-                self.most = self._break_even()
+                self.build()
+
+    def build(self) -> None:
+        """Build the hierarchy."""
+        self.hierarchy = build_hierarchy(self.paths)
+        self.most = self._break_even()
 
     def _break_even(self) -> int:
         """Return how many trees of the heap take as long as sweeps do for as many destinations."""
@@ -80,7 +84,7 @@ class Router:
     def start(self, world: World) -> None:
         """Have ready what finds the routes: compiles it, where that has to be done."""
         searches.update(world, -1, self.most)
-        if self.hierarchy is not None:
+        if self.hierarchy is not None and (world.routes.destination["slot"] >= 0).any():
             searches.renew(world, self._costed(world), 0, self._rooms_for(1)[0])
 
     @property

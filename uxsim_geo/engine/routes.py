@@ -161,6 +161,7 @@ def renew_lanes(w: World, h: Hierarchy, batch, room: Lanes):
     else:
         for lane in range(LANES):
             own = room.own[lane]
+            room.idle[lane] = 255 if own < 0 else 0
             room.fresh[lane] = 255 if own >= 0 and not destination[own]["known"] else 0
         remember_lanes(w.routes, h, batch, room, clock["update_weight"])
     for lane in range(LANES):
@@ -219,6 +220,8 @@ def spread_lanes(routes: Routes, h: Hierarchy, batch, room: Lanes, spread):
     for number in range(h.tail.size):
         tail, head, cost = h.tail[number], h.head[number], routes.arc[number]["cost"]
         for lane in range(LANES):
+            if room.own[lane] < 0:
+                continue
             start, beyond = room.distance[tail, lane], room.distance[head, lane]
             weight = 0.0
             if cost < UNREACHED and beyond < start:

@@ -1,4 +1,4 @@
-"""What Python calls of the search for routes: many small functions; a run compiles what it needs."""
+"""What Python calls of the search for routes: small functions, a run compiles those it needs."""
 
 from __future__ import annotations
 

@@ -22,6 +22,7 @@ def room_for(vertices: int, *, ways: bool = False, lanes: int = LANES) -> Lanes:
         distance=np.empty((vertices, lanes), np.int32),
         nearer=np.empty(lanes, np.int32),
         fresh=np.empty(lanes, np.uint8),
+        idle=np.empty(lanes, np.uint8),
         toward=np.empty((on_ways, lanes), np.int32),
         time=np.empty(on_ways),
         passed=np.empty(on_ways, np.int32),

@@ -22,6 +22,7 @@ from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
 from uxsim_geo.engine.additions import add_platoons, platoons_to_add
 from uxsim_geo.engine.arrays import build_world
 from uxsim_geo.engine.loop import finish, refresh, run_until
+from uxsim_geo.engine.memory import check_memory, memory_needs
 from uxsim_geo.engine.records import EVENT, Queues, World
 from uxsim_geo.engine.router import Router, passes_in
 from uxsim_geo.engine.saved import (
@@ -41,7 +42,7 @@ from uxsim_geo.engine.sinks import EventSink, InMemory, to_file
 from uxsim_geo.engine.tables import limit_table, metres_driven, tolls_paid, trip_table
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.events import EventFile
-from uxsim_geo.machine import cores
+from uxsim_geo.machine import Machine
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Progress, Result
 from uxsim_geo.settings import Settings
@@ -62,7 +63,7 @@ def simulate(
     progress: Callable[[Progress], None] | None = None,
     events_file: str | Path | None = None,
     sleep: bool = True,
-    threads: int | None = None,
+    machine: Machine | None = None,
 ) -> Result:
     """Simulate a demand on a network until ``settings.duration``, under some measures of control.
 
@@ -71,17 +72,19 @@ def simulate(
     ``events_file`` is a Parquet file for the events: they go there while the run goes on, and the
     result reads them from there (None: they are kept in memory). It appears at the end.
     ``sleep`` lets blocked platoons rest until something can change for them; False tries them
-    again in every step, which is slower and gives the same result, to the bit. So does any number
-    of ``threads`` for the search for routes; None: one for each core that this process may use.
+    again in every step, which is slower and gives the same result, to the bit. ``machine`` says
+    how much of this machine the run may use, on which no result depends.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, or with the
-    control.
+    control, and where the run would need more memory than there is.
     """
-    run = partial(Simulation, network, demand, settings, control=control, classes=classes)
+    run = partial(
+        Simulation, network, demand, settings, control=control, classes=classes, machine=machine
+    )
     if events_file is None:
-        return _run_through(run(sleep=sleep, threads=threads), progress)
+        return _run_through(run(sleep=sleep), progress)
     with to_file(Path(events_file)) as sink:
-        result = _run_through(run(sink=sink, sleep=sleep, threads=threads), progress)
+        result = _run_through(run(sink=sink, sleep=sleep), progress)
     return replace(result, log=EventFile(Path(events_file), result.log.link_ids))
 
 
@@ -113,7 +116,7 @@ class Simulation:
         classes: Sequence[DriverClass] = (),
         sink: EventSink | None = None,
         sleep: bool = True,
-        threads: int | None = None,
+        machine: Machine | None = None,
     ) -> None:
         self.network = network
         self.settings = settings
@@ -121,8 +124,11 @@ class Simulation:
         self.platoons = self.setting.platoons
         self.wall_s = 0.0
         wishes, drivers = self.setting.wishes_of(self.platoons), self.setting.driver_records()
-        self.router = Router(self.setting.paths, passes_in(settings, drivers), threads or cores())
+        machine, passes = machine or Machine(), passes_in(settings, drivers)
+        self.router = Router(self.setting.paths, passes, machine.used_threads)
         self.router.prepare(wishes.destinations)
+        needs = memory_needs(self.router, self.platoons, wishes, drivers, settings)
+        check_memory(needs, machine)
         self.world = build_world(
             network,
             self.platoons,
@@ -265,6 +271,7 @@ class Simulation:
         *,
         control: Sequence[Measure] = (),
         classes: Sequence[DriverClass] = (),
+        machine: Machine | None = None,
     ) -> Simulation:
         """Go on with a run that was saved; it needs the same control and classes once more.
 
@@ -275,11 +282,12 @@ class Simulation:
         try:
             nobody = Demand(pd.DataFrame({name: [] for name in DEMAND_COLUMNS}))
             settings = Settings(**state["settings"])
-            run = cls(network, nobody, settings, control=control, classes=classes)
+            run = cls(network, nobody, settings, control=control, classes=classes, machine=machine)
             if [repr(one) for one in run.setting.classes] != state["classes"]:
                 raise ValueError(f"it had other classes of drivers: {', '.join(state['classes'])}")
             run.platoons = platoons_from(state["platoons"], arrays)
             run.world = with_arrays(run.world, arrays)
+            run.router.prepare(run.world.routes.destination.size - 1)
             run.setting.given = run.world.routes.given.astype(np.int64)
             if run.setting.measures != state["measures"]:
                 under = ", ".join(state["measures"]) or "none"
