@@ -24,6 +24,7 @@ from uxsim_geo.network.paths import Paths
 from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
+_IN_CACHE = 2_000_000  # bytes of queues, to which platoons several times as large belong
 _EVENT_BUFFER = 1 << 14  # rows
 Records = npt.NDArray[Any]
 
@@ -126,6 +127,7 @@ def build_world(
         ),
     )
     world.links.clock["platoons_used"] = len(links) * _FIRST_RING + platoons.depart.size
+    world.links.clock["is_large"] = queue.nbytes > _IN_CACHE
     _list_origins(world, len(links))
     return world
 

@@ -237,6 +237,7 @@ CLOCK = np.dtype(
         ("cursor", np.int64),  # the next of them is looked for from here on
         ("vehicles_running", np.int64),
         ("vehicles_completed", np.int64),
+        ("is_large", np.int64),  # 1: more than a cache holds
         ("sleep", np.int64),  # 0: blocked platoons try again in every step
         ("swept", np.int64),  # links whose remaining platoons have been written
         ("vehicles_locked", np.int64),

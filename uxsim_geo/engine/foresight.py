@@ -1,0 +1,93 @@
+"""Calls into the cache what the next visits will read.
+
+With a city of links and platoons in memory, waiting for it takes most of the time: a visit would
+wait for the links that end at a node, then for their platoons, then for the links these may choose.
+Nodes are visited in a known order, so that all of it can be on its way before. Nothing is changed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import config
+from numba.extending import intrinsic
+
+from uxsim_geo.engine.records import LANES, World, kernel, spliced
+
+# queues take four lines of a cache: what their first platoons want, their exits, their entries
+_EXIT, _ENTRY = 64, 128  # bytes
+
+_KEEP = 3  # of llvm.prefetch: in all caches
+
+
+def _code_of_call(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    array = context.make_array(signature.args[0])(context, builder, values[0])
+    word, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
+    size = context.get_abi_sizeof(context.get_data_type(signature.args[0].dtype))
+    place = builder.mul(values[1], word(size))
+    address = builder.add(builder.ptrtoint(array.data, word), builder.add(place, values[2]))
+    flag = ir.IntType(32)
+    told = ir.FunctionType(ir.VoidType(), [pointer, flag, flag, flag])
+    fetch = builder.module.declare_intrinsic("llvm.prefetch", [pointer], told)
+    builder.call(fetch, [builder.inttoptr(address, pointer), flag(0), flag(_KEEP), flag(1)])
+    return context.get_dummy_value()
+
+
+@intrinsic
+def _call_in(_: Any, array: Any, place: Any, offset: Any) -> Any:
+    """Have the line of memory fetched with the byte at this offset of an item of an array."""
+    return types.none(array, types.int64, types.int64), _code_of_call
+
+
+def _stay(array: Any, place: Any, offset: Any) -> None:
+    """Do nothing, where nothing is compiled."""
+
+
+call_in = _stay if config.DISABLE_JIT else _call_in
+
+
+@kernel
+def call_queues(w: World, v):
+    """Call in the queues that end at node v, as far as it is looked at who may go."""
+    for q in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
+        call_in(w.links.queue, q, 0)
+        call_in(w.links.queue, q, _EXIT)
+    if w.routes.node[v]["origin"] >= 0:
+        call_in(w.links.queue, w.routes.node[v]["origin"], 0)
+        call_in(w.links.queue, w.routes.node[v]["origin"], _EXIT)
+
+
+@spliced
+def call_choices(w: World, v, horizon):
+    """Call in what those read and write who may go over node v before this time."""
+    origin = w.routes.node[v]["origin"]
+    first, last = w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]
+    for place in range(first, last + (origin >= 0)):
+        q = place if place < last else origin
+        if w.links.queue[q]["ready"] < horizon:
+            call_platoons(w, w.links.queue[q])
+            call_ways(w, w.links.queue[q])
+
+
+@kernel
+def call_platoons(w: World, queue):
+    """Call in the first platoon of a queue, and the one behind it."""
+    call_in(w.links.platoon, queue["base"] + (queue["left"] & queue["mask"]), 0)
+    call_in(w.links.platoon, queue["base"] + ((queue["left"] + 1) & queue["mask"]), 0)
+    call_in(w.log.key, np.int64(queue["trip"]), 0)
+
+
+@kernel
+def call_ways(w: World, queue):
+    """Call in the links that the first platoon of a queue may choose, and their weights."""
+    slot = w.routes.destination[queue["destination"]]["slot"]
+    row = slot // LANES * w.routes.worth.shape[0] * w.routes.arc.size
+    v = queue["vertex"]
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        call_in(w.routes.history, (row + arc) * LANES + slot % LANES, 0)
+        link = np.int64(w.routes.arc[arc]["link"])
+        call_in(w.links.queue, link, _EXIT)
+        call_in(w.links.queue, link, _ENTRY)
