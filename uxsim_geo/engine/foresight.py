@@ -7,6 +7,7 @@ Nodes are visited in a known order, so that all of it can be on its way before. 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -39,14 +40,15 @@ def _code_of_call(context: Any, builder: Any, signature: Any, values: Any) -> An
 @intrinsic
 def _call_in(_: Any, array: Any, place: Any, offset: Any) -> Any:
     """Have the line of memory fetched with the byte at this offset of an item of an array."""
+    del place, offset
     return types.none(array, types.int64, types.int64), _code_of_call
 
 
-def _stay(array: Any, place: Any, offset: Any) -> None:
+def _stay(*_: Any) -> None:
     """Do nothing, where nothing is compiled."""
 
 
-call_in = _stay if config.DISABLE_JIT else _call_in
+call_in: Callable[..., None] = _stay if getattr(config, "DISABLE_JIT", 0) else _call_in
 
 
 @kernel
@@ -91,3 +93,20 @@ def call_ways(w: World, queue):
         link = np.int64(w.routes.arc[arc]["link"])
         call_in(w.links.queue, link, _EXIT)
         call_in(w.links.queue, link, _ENTRY)
+
+
+@spliced
+def call_exits(w: World, v, horizon):
+    """Call in the exits that make room for who may go over node v before this time."""
+    for q in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
+        if w.links.queue[q]["ready"] < horizon:
+            call_holes(w, w.links.queue[q]["vertex"])
+            break  # others choose among the same links
+
+
+@kernel
+def call_holes(w: World, v):
+    """Call in the exits that the next entries to the links from vertex v wait for."""
+    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+        link = w.links.queue[np.int64(w.routes.arc[arc]["link"])]
+        call_in(w.links.platoon, link["base"] + ((link["next_hole"] + 1) & link["mask"]), 0)
