@@ -7,48 +7,13 @@ Nodes are visited in a known order, so that all of it can be on its way before. 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import config
-from numba.extending import intrinsic
 
+from uxsim_geo.compiling import call_in
 from uxsim_geo.engine.records import LANES, World, kernel, spliced
 
 # queues take four lines of a cache: what their first platoons want, their exits, their entries
 _EXIT, _ENTRY = 64, 128  # bytes
-
-_KEEP = 3  # of llvm.prefetch: in all caches
-
-
-def _code_of_call(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    array = context.make_array(signature.args[0])(context, builder, values[0])
-    word, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
-    size = context.get_abi_sizeof(context.get_data_type(signature.args[0].dtype))
-    place = builder.mul(values[1], word(size))
-    address = builder.add(builder.ptrtoint(array.data, word), builder.add(place, values[2]))
-    flag = ir.IntType(32)
-    told = ir.FunctionType(ir.VoidType(), [pointer, flag, flag, flag])
-    fetch = builder.module.declare_intrinsic("llvm.prefetch", [pointer], told)
-    builder.call(fetch, [builder.inttoptr(address, pointer), flag(0), flag(_KEEP), flag(1)])
-    return context.get_dummy_value()
-
-
-@intrinsic
-def _call_in(_: Any, array: Any, place: Any, offset: Any) -> Any:
-    """Have the line of memory fetched with the byte at this offset of an item of an array."""
-    del place, offset
-    return types.none(array, types.int64, types.int64), _code_of_call
-
-
-def _stay(*_: Any) -> None:
-    """Do nothing, where nothing is compiled."""
-
-
-call_in: Callable[..., None] = _stay if getattr(config, "DISABLE_JIT", 0) else _call_in
 
 
 @kernel
