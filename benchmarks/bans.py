@@ -31,7 +31,7 @@ DURATION = 1e6
 
 def grid_network() -> Network:
     """A grid of links of many lengths and speeds."""
-    case, draws = grid(5, 60), np.random.default_rng(0)
+    case, draws = grid(60), np.random.default_rng(0)
     links = case.links.assign(
         length=draws.uniform(100, 300, len(case.links)),
         free_speed=draws.choice([8.0, 14.0, 20.0], len(case.links)),

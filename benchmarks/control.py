@@ -77,7 +77,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=9, help="runs of each (default 9)")
     runs = parser.parse_args().runs
-    case = grid(5, SIZE)
+    case = grid(SIZE)
     network, demand = Network(case.nodes, case.links), Demand(case.demand)
     fixed = signals(network)
     kinds = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import socket
 import time
@@ -15,12 +14,10 @@ from pipeline.runs import MANIFEST, RunFolder
 from pipeline.store import UNFINISHED, Store
 from pipeline.study_folder import SOURCES, STORE, StudyFolder
 from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.files import is_unfinished
 
 #: what nobody has touched for so long is nobody's any more, s
 A_DAY = 86_400.0
-
-#: as files are called until they are complete
-_PART = re.compile(r"^\..*\.part\d+(\..*)?$")
 
 
 @dataclass(frozen=True)
@@ -93,8 +90,8 @@ def _unfinished(results: Path) -> Iterator[LeftOver]:
     for folder in sorted((results / STORE / UNFINISHED).glob("*")):
         if _is_of_dead_process(folder.name) or _is_old(folder):
             yield LeftOver(folder, _size(folder), "its process has ended")
-    for path in sorted(results.glob("*/runs/*/*/**/.*")):
-        if path.is_file() and _PART.match(path.name) and _is_old(path):
+    for path in sorted(results.glob("**/.*")):
+        if path.is_file() and is_unfinished(path) and _is_old(path):
             yield LeftOver(path, _size(path), "was not finished")
 
 

@@ -9,7 +9,15 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from pipeline.commands import comparing, exporting, fetching, looking, running, studying
+from pipeline.commands import (
+    comparing,
+    examples,
+    exporting,
+    fetching,
+    looking,
+    running,
+    studying,
+)
 from pipeline.commands.status import FAILED, INPUT_AT_FAULT
 from pipeline.lines import show
 from uxsim_geo.errors import InputError
@@ -19,7 +27,7 @@ if TYPE_CHECKING:
     from pipeline.runs import RunFolder
 
 #: modules with commands, in the order of the help
-COMMANDS = (running, studying, comparing, looking, exporting, fetching)
+COMMANDS = (running, studying, comparing, looking, exporting, fetching, examples)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import traceback
 from collections.abc import Callable, Sequence
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.report import in_words
 from pipeline.table_formats import FORMATS
 from uxsim_geo.errors import Fault, InputError
-from uxsim_geo.files import replace_when_complete
+from uxsim_geo.files import at_work_in, replace_when_complete, unfinished
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,21 +107,27 @@ def write_folder(path: Path, write: Callable[[Path], object]) -> None:
     :class:`uxsim_geo.errors.InputError` where something else is in the way.
     """
     check_place(path)
-    new, old = (path.with_name(f".{path.name}.{word}{os.getpid()}") for word in ("part", "old"))
-    try:
+    _make(path.parent)
+    with at_work_in(path.parent):
+        new, old = unfinished(path), unfinished(path.with_name(f"{path.name}.old"))
         shutil.rmtree(new, ignore_errors=True)
-        new.mkdir(parents=True)
+        _make(new)
+        try:
+            write(new)
+            if path.exists():
+                path.rename(old)
+            new.rename(path)
+        finally:
+            for folder in (new, old):
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         what = f"cannot be made ({error.strerror}); choose another --out"
-        raise InputError([Fault(what, str(path))]) from None
-    try:
-        write(new)
-        if path.exists():
-            path.rename(old)
-        new.rename(path)
-    finally:
-        for folder in (new, old):
-            shutil.rmtree(folder, ignore_errors=True)
+        raise InputError([Fault(what, str(folder))]) from None
 
 
 def check_place(path: Path) -> None:

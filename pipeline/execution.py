@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,6 +25,7 @@ from pipeline.runs import (
     StageRecord,
     is_unchanged,
     record_file,
+    remove_files,
 )
 from pipeline.stages import Outcome, Stage, Task
 from pipeline.store import Entry, Store, key_of, place
@@ -65,11 +66,15 @@ class Run:
             key = self.key_of(stage)
             if force or not self._take_from_store(stage, key):
                 problems += self._execute(stage, key)
+        self._describe_if_lacking()
         return problems
 
     def is_current(self, stage: Stage) -> bool:
         """Tell whether the stage would only repeat what is there."""
-        record = self.folder.read_manifest().stages.get(stage.name)
+        return self._is_current(stage, self.folder.read_manifest())
+
+    def _is_current(self, stage: Stage, manifest: Manifest) -> bool:
+        record = manifest.stages.get(stage.name)
         if record is None or record.problems or record.settings != self._settings(stage):
             return False
         inputs = stage.inputs(self.config, self.folder)
@@ -206,25 +211,33 @@ class Run:
         self.folder.create()
         (self.folder / METADATA).unlink(missing_ok=True)
         manifest = self.folder.read_manifest()
-        manifest.stages[stage.name] = StageRecord(problems=["was not finished; run it again"])
+        manifest.stages[stage.name] = StageRecord(
+            problems=["was not finished; run it again"],
+            left=_files_of(manifest.stages.get(stage.name)),
+        )
         self.folder.write_manifest(manifest)
-        self._remove(stage.may_leave)
+        remove_files(self.folder.path, stage.may_leave)
 
     def _finish(self, stage: Stage, record: StageRecord, before: StageRecord | None) -> None:
         """Vouch for the stage's outputs; remove those of earlier runs that no longer belong."""
         manifest = self.folder.read_manifest()
         if not self._has_config(manifest):
             write_config(self.config, self.folder / CONFIG)
-        if before is not None:
-            self._remove(before.outputs.keys() - record.outputs.keys())
+        remove_files(self.folder.path, set(_files_of(before)) - record.outputs.keys())
         manifest = Manifest(self._describe(), manifest.stages)
         manifest.stages[stage.name] = record
-        self.folder.write_manifest(manifest)
+        # until all is as the manifest will say, it says that the stage is not finished
         for later in self.stages[self.stages.index(stage) + 1 :]:
-            if later.name in manifest.stages and not self.is_current(later):
-                self._remove(manifest.stages.pop(later.name).outputs)
+            if later.name in manifest.stages and not self._is_current(later, manifest):
+                remove_files(self.folder.path, _files_of(manifest.stages.pop(later.name)))
         self.folder.write_manifest(manifest)
         write_crate(self.folder, manifest)
+
+    def _describe_if_lacking(self) -> None:
+        """Write what a run lacks that was killed after its last stage."""
+        manifest = self.folder.read_manifest()
+        if manifest.run and not (self.folder / METADATA).is_file():
+            write_crate(self.folder, manifest)
 
     def _has_config(self, manifest: Manifest) -> bool:
         """Tell whether an earlier stage has written this very configuration."""
@@ -232,10 +245,6 @@ class Run:
         if manifest.run.get("config") != values or "config_file" not in manifest.run:
             return False
         return is_unchanged(FileRecord(**manifest.run["config_file"]), self.folder / CONFIG)
-
-    def _remove(self, names: Iterable[str]) -> None:
-        for name in names:
-            (self.folder / name).unlink(missing_ok=True)
 
     def _describe(self) -> dict[str, Any]:
         config = self.folder / CONFIG
@@ -250,6 +259,11 @@ class Run:
             "config": plain_values(self.config, self.folder.path),
             "config_file": asdict(record_file(config, CONFIG)),
         }
+
+
+def _files_of(record: StageRecord | None) -> list[str]:
+    """Names of the files that a stage has written, finished or not."""
+    return [] if record is None else sorted({*record.outputs, *record.left})
 
 
 def _entry(record: StageRecord, outcome: Outcome) -> Entry:

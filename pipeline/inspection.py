@@ -19,6 +19,7 @@ from pipeline.study_inspection import describe_study
 from pipeline.warned import warnings_in
 from uxsim_geo.errors import Fault, Faults, InputError
 from uxsim_geo.network.note_words import notes_in_words
+from uxsim_geo.network.own_data import holds_own_data
 from uxsim_geo.network.rows import count
 from uxsim_geo.network.units import KMH, LENGTHS, PER_HOUR, PER_KM
 
@@ -109,10 +110,12 @@ def describe_geopackage(path: Path) -> str:
     from uxsim_geo.damage import damage_as_fault
 
     faults, layers = Faults(str(path)), []
-    with warnings.catch_warnings(), damage_as_fault(faults, "is no GeoPackage that can be read"):
-        # pyogrio leaves out the fourth coordinate of trajectories, and says so
-        warnings.filterwarnings("ignore", message="Measured")
-        layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
+    if holds_own_data(path, faults):
+        reading = damage_as_fault(faults, "is no GeoPackage that can be read")
+        with warnings.catch_warnings(), reading:
+            # pyogrio leaves out the fourth coordinate of trajectories, and says so
+            warnings.filterwarnings("ignore", message="Measured")
+            layers = [pyogrio.read_info(path, layer=name) for name, _ in pyogrio.list_layers(path)]
     faults.raise_if_any()
     rows = [
         (

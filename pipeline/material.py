@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from uxsim_geo.analysis.kept_states import LinkStates
     from uxsim_geo.analysis.passages import Passages
+    from uxsim_geo.analysis.run_passages import RunPassages
     from uxsim_geo.control.signals import Signal
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Result
@@ -45,11 +46,17 @@ class Material:
     sources: Mapping[str, FileRecord] = field(default_factory=dict)
 
     @cached_property
-    def passages(self) -> Passages:
-        """All link entries."""
-        from uxsim_geo.analysis.passages import Passages
+    def passages(self) -> RunPassages:
+        """All link entries, of which as many are in memory as fit."""
+        from uxsim_geo.analysis.run_passages import RunPassages
 
-        return Passages.of(self.result, self.network)
+        return RunPassages(self.result, self.network)
+
+    def passages_on(self, links: tuple[str, ...]) -> Passages:
+        """Those of some links."""
+        from uxsim_geo.analysis.subsets import rows_of_links
+
+        return self.passages.on(rows_of_links(self.network, links))
 
     @cached_property
     def kept_states(self) -> LinkStates:
@@ -57,7 +64,7 @@ class Material:
         from uxsim_geo.analysis.link_states import link_states
 
         bin_s = self.config.report.bin_s
-        return link_states(self.result, self.network, bin_s=bin_s, passages=self.passages)
+        return link_states(self.result, self.network, bin_s=bin_s, passages=self.passages.whole)
 
     @cached_property
     def states(self) -> pd.DataFrame:
@@ -96,7 +103,7 @@ class Material:
         from uxsim_geo.analysis.link_states import link_times
 
         return link_times(
-            self.result, self.network, bin_s=bin_s, links=links, passages=self.passages
+            self.result, self.network, bin_s=bin_s, links=links, passages=self.passages.whole
         )
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.downloads import announced_wait, data_cache
+from pipeline.downloads import announced_wait
 from pipeline.ingest_config_formats import OsmSection
+from uxsim_geo.user_cache import user_cache
 
 if TYPE_CHECKING:
     from uxsim_geo.network.osm_download import Download
@@ -56,4 +57,4 @@ def roads_of(section: OsmSection) -> Download:
 
 
 def _folder(section: OsmSection) -> Path:
-    return section.cache or data_cache() / "osm"
+    return section.cache or user_cache() / "osm"

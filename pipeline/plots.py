@@ -196,7 +196,11 @@ def _trajectories(material: Material, entry: PlotEntry) -> Figure:
 
     duration = material.result.settings.duration
     figure = trajectories_figure(
-        material.network, material.passages, entry.links, duration, by_speed=entry.by_speed
+        material.network,
+        material.passages_on(entry.links),
+        entry.links,
+        duration,
+        by_speed=entry.by_speed,
     )
     return _with_reds(figure, material, entry)
 
@@ -211,7 +215,7 @@ def _states_of_links(material: Material, entry: PlotEntry) -> Figure:
         bin_s=entry.bin_s or material.config.report.bin_s,
         cell_m=entry.cell_m,
         links=entry.links,
-        passages=material.passages,
+        passages=material.passages.whole,
     )
     links = list(entry.links)
     tau = material.result.settings.reaction_time
@@ -240,7 +244,8 @@ def _cumulative_curves(material: Material, entry: PlotEntry) -> Figure:
     from uxsim_geo.export.cumulative import cumulative_figure
 
     duration = material.result.settings.duration
-    return cumulative_figure(material.network, material.passages, entry.links[0], duration)
+    passages = material.passages_on(entry.links[:1])
+    return cumulative_figure(material.network, passages, entry.links[0], duration)
 
 
 def _fundamental_diagram(material: Material, entry: PlotEntry) -> Figure:
@@ -288,15 +293,19 @@ def _network_anim(material: Material, entry: PlotEntry, path: Path, progress: Pr
 
 
 def _network_fancy(material: Material, entry: PlotEntry, path: Path, progress: Progress) -> None:
-    from uxsim_geo.analysis.samples import Samples
+    import numpy as np
+
+    from uxsim_geo.analysis.samples import Samples, is_of_share
     from uxsim_geo.export.moving_vehicles import animate_vehicles
 
     duration = material.result.settings.duration
-    samples = Samples.of(material.passages, _interval(entry, material.config), duration)
+    vehicles = np.arange(len(material.result.trips))
+    passages = material.passages.around(is_of_share(vehicles, entry.share))
+    samples = Samples.of(passages, _interval(entry, material.config), duration)
     animate_vehicles(
         material.network,
-        material.passages,
-        samples.of_share(material.passages, entry.share),
+        passages,
+        samples.of_share(passages, entry.share),
         path,
         frame_ms=entry.frame_ms,
         trail=entry.trail,

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import uxsim_geo.version
+from pipeline.examples import INSTALLED
 from pipeline.runs import StageRecord
 
 #: distributions whose version can change a result
@@ -70,12 +71,12 @@ def other_versions(record: StageRecord, advice: str = "") -> Iterator[str]:
 def code_digest() -> str:
     """SHA-256 over the program's own source: a result made by other code is out of date.
 
-    Tables of assumptions and templates of pages belong to it.
+    Tables of assumptions and templates of pages belong to it, the examples do not.
     """
     digest = hashlib.sha256()
     for package in (Path(__file__).parent, Path(uxsim_geo.version.__file__).parent):
         for path in sorted(package.rglob("*")):
-            if path.suffix in SOURCES:
+            if path.suffix in SOURCES and not path.is_relative_to(INSTALLED):
                 digest.update(path.relative_to(package.parent).as_posix().encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 import time
@@ -10,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol, TextIO
 
-from pipeline.lines import show
+from pipeline.lines import readable, show
 from uxsim_geo.network.units import KMH
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ class Terminal:
 
     def say(self, text: str) -> None:
         """Print the line above the bar."""
-        self.bar.console.print(text, highlight=False, markup=False, soft_wrap=True)
+        self.bar.console.print(readable(text), highlight=False, markup=False, soft_wrap=True)
 
     def simulated(self, progress: Progress) -> None:
         """Move the bar; it is shown from the first call to the end of the simulation."""
@@ -194,7 +195,33 @@ class Prefixed:
 
 @contextmanager
 def watching(*, quiet: bool) -> Iterator[Watch]:
-    """Yield the watch that fits: silence, a bar on a terminal, otherwise lines, on stderr."""
+    """Yield the watch that fits: silence, a bar on a terminal, otherwise lines, on stderr.
+
+    It is also told what the library logs, as that the engine must be compiled.
+    """
+    with _fitting(quiet=quiet) as watch:
+        handler, logger = _Passing(watch), logging.getLogger("uxsim_geo")
+        logger.addHandler(handler)
+        try:
+            yield watch
+        finally:
+            logger.removeHandler(handler)
+
+
+class _Passing(logging.Handler):
+    """Passes what is logged on to a watch."""
+
+    def __init__(self, watch: Watch) -> None:
+        super().__init__()
+        self.watch = watch
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Pass it on."""
+        self.watch.say(record.getMessage())
+
+
+@contextmanager
+def _fitting(*, quiet: bool) -> Iterator[Watch]:
     if quiet:
         yield Silence()
     elif not sys.stderr.isatty():

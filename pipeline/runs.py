@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
+from pipeline.lines import readable
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete, sha256_of
 
@@ -52,6 +53,8 @@ class StageRecord:
         of the outputs in a store; empty where they are in none
     versions
         of the libraries that it ran with, by their names
+    left
+        names of files of earlier runs that are still there, where the stage was not finished
     """
 
     settings: dict[str, Any] = field(default_factory=dict)
@@ -63,6 +66,7 @@ class StageRecord:
     wall_s: float = 0.0
     key: str = ""
     versions: dict[str, str] = field(default_factory=dict)
+    left: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -123,7 +127,7 @@ class RunFolder:
         self.create()
         now = datetime.now(UTC).isoformat(timespec="seconds")
         with (self / name).open("a", encoding="utf-8") as log:
-            log.writelines(f"{now} {line}\n" for line in text.splitlines())
+            log.writelines(f"{now} {readable(line)}\n" for line in text.splitlines())
 
     def output_records(self, names: Iterable[str]) -> dict[str, FileRecord]:
         """Record files of this folder by their names in it."""
@@ -138,7 +142,8 @@ def record_file(path: Path, name: str | None = None) -> FileRecord:
 def is_unchanged(record: FileRecord, path: Path) -> bool:
     """Tell whether the file is there with the size and content recorded."""
     try:
-        if path.stat().st_size != record.size:
+        # a device or a pipe, which a path in a manifest may well be, would be read for ever
+        if not path.is_file() or path.stat().st_size != record.size:
             return False
         return record_file(path).sha256 == record.sha256
     except OSError:
@@ -149,11 +154,23 @@ def stage_record(entry: dict[str, Any]) -> StageRecord:
     """Make a record of what JSON holds; raises ValueError or KeyError if it cannot."""
     record: StageRecord = of_form(StageRecord, entry)
     # outputs are deleted when they are out of date: never one outside the folder
-    check_inside(entry["outputs"])
+    check_inside((*record.outputs, *record.left))
     if record.started:
         # both are written into the crate again, with the moment of the end
         _ = datetime.fromisoformat(record.started) + timedelta(seconds=record.wall_s)
     return record
+
+
+def remove_files(folder: Path, names: Iterable[str]) -> None:
+    """Remove files of a folder, where they are there: none that links lead to elsewhere."""
+    for name in names:
+        if lies_in(folder, name):
+            (folder / name).unlink(missing_ok=True)
+
+
+def lies_in(folder: Path, name: str) -> bool:
+    """Tell whether a file of this name is in the folder, and not where a link leads to."""
+    return (folder / name).parent.resolve().is_relative_to(folder.resolve())
 
 
 def check_inside(names: Iterable[str]) -> None:

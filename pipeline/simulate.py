@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline import ingest
+from pipeline.allowance import allowed_machine
 from pipeline.config import Config
 from pipeline.config_keys import files_in
 from pipeline.control_config_faults import as_written
@@ -38,11 +39,13 @@ def _inputs(config: Config, folder: RunFolder) -> dict[str, Path]:
 
 
 def _run(task: Task) -> Outcome:
+    from uxsim_geo.files import replace_when_complete
     from uxsim_geo.parquet import write_table
 
-    result = _simulated(task)
-    task.begin_writing()
-    tables = {EVENTS: result.events, TRIPS: result.trips}
+    with replace_when_complete(task.folder / EVENTS) as events_file:
+        result = _simulated(task, events_file)
+        task.begin_writing()
+    tables = {TRIPS: result.trips}
     if len(result.speed_limits):
         tables[SPEED_LIMITS] = result.speed_limits
     for name, table in tables.items():
@@ -53,13 +56,13 @@ def _run(task: Task) -> Outcome:
         "ineffective_measures": list(result.notes),
     }
     warnings = [f"warning: {note}" for note in result.notes]
-    return Outcome(tuple(tables), _words(result), figures, warnings=warnings)
+    return Outcome((EVENTS, *tables), _words(result), figures, warnings=warnings)
 
 
 STAGE = Stage("simulate", ("simulate",), _inputs, _run, may_leave=(SPEED_LIMITS,), storable=True)
 
 
-def _simulated(task: Task) -> Result:
+def _simulated(task: Task, events_file: Path) -> Result:
     """Run the engine; what is wrong with the control is told by the keys of the configuration."""
     from uxsim_geo.demand.files import read_demand
     from uxsim_geo.engine.simulation import simulate
@@ -80,6 +83,8 @@ def _simulated(task: Task) -> Result:
             ],
             classes=[entry.driver_class() for entry in section.classes],
             progress=task.watch.simulated,
+            machine=allowed_machine(),
+            events_file=events_file,
         )
     except InputError as error:
         raise InputError(as_written(error.faults, section)) from None
@@ -94,17 +99,20 @@ def read_result(task: Task, network: Network) -> Result:
 
     Raises :class:`uxsim_geo.errors.InputError` for files that are absent or damaged.
     """
+    import pandas as pd
+
+    from uxsim_geo.events import EventFile
     from uxsim_geo.parquet import read_tables
     from uxsim_geo.result import Result
 
-    paths = (task.folder / name for name in tables_of(task.folder))
-    events, trips, *limits = read_tables(*paths)
-    events = _with_categories(events, {"link": network.links["link_id"]})
+    events, *others = (task.folder / name for name in tables_of(task.folder))
+    trips, *limits = read_tables(*others)
+    log = EventFile(events, pd.Index(network.links["link_id"].astype(str)))
     ends = dict.fromkeys(("origin", "destination"), network.nodes["node_id"])
     trips = _with_categories(trips, ends)
     told = _figures(task)
     result = Result(
-        events,
+        log,
         trips,
         task.config.simulate.settings(),
         engine_wall_s=told.engine_wall_s,
@@ -149,7 +157,7 @@ def tables_of(folder: RunFolder) -> list[str]:
 
 
 def _words(result: Result) -> str:
-    return f"{len(result.events):,} link entries in {_wall(result.engine_wall_s)} of engine"
+    return f"{len(result.log):,} link entries in {_wall(result.engine_wall_s)} of engine"
 
 
 def _wall(seconds: float) -> str:

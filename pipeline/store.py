@@ -29,6 +29,7 @@ from pipeline.runs import (
     read_json,
     stage_record,
 )
+from uxsim_geo.files import at_work_in, replace_when_complete
 
 RECORD = "record.json"
 #: where entries are built and discarded
@@ -127,11 +128,13 @@ class Store:
         """Yield a folder that nobody else knows; what is left in it goes at the end."""
         name = f"{socket.gethostname()}-{os.getpid()}-{uuid4().hex}"
         folder = self.path / UNFINISHED / name
-        folder.mkdir(parents=True)
-        try:
-            yield folder
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with at_work_in(folder.parent, is_left=lambda _path: True):
+            folder.mkdir()
+            try:
+                yield folder
+            finally:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def key_of(stage: str, settings: Mapping[str, Any], inputs: Mapping[str, FileRecord]) -> str:
@@ -148,19 +151,13 @@ def place(source: Path, target: Path) -> None:
     Raises FileNotFoundError if ``source`` is gone.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    temporary = target.with_name(f".{target.stem}.part{os.getpid()}{target.suffix}")
-    temporary.unlink(missing_ok=True)
-    try:
+    with replace_when_complete(target) as temporary:
         try:
             os.link(source, temporary)
         except FileNotFoundError:
             raise
         except OSError:  # another file system, or one without links
             shutil.copyfile(source, temporary)
-        # onto another name of the same file nothing is moved, and the temporary name stays
-        os.replace(temporary, target)  # noqa: PTH105  atomic on every system
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _read(path: Path) -> Entry | None:

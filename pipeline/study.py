@@ -35,12 +35,13 @@ from pipeline.study_folder import (
 )
 from pipeline.study_jobs import NAMES, Job, Report
 from pipeline.study_manifest import facts, study_from
-from pipeline.study_processes import Group, Here, Processes, cores
+from pipeline.study_processes import Group, Here, Processes
 from pipeline.study_scenarios import Preparation, Prepared, absolute_values, with_seed
 from pipeline.study_seeds import Seeds, widths
 from pipeline.sweep_results import SweepRuns
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
+from uxsim_geo.machine import cores
 
 #: what a dry run writes into the folder of the study
 CHANGES = "changes.gpkg"

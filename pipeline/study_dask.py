@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
+from pipeline.allowance import one_thread_each
 from pipeline.study_jobs import Job, Report, lost, run_job, warm_up
 from pipeline.study_processes import Group
 from uxsim_geo.errors import Fault, InputError
@@ -103,6 +104,7 @@ class Dask:
 
 
 def _run_group(jobs: Sequence[Job]) -> list[Report]:
+    one_thread_each()
     return [run_job(job) for job in jobs]
 
 
@@ -123,7 +125,7 @@ def _client(address: str | None, workers: int) -> Client:
         else:
             client = Client(address, timeout=PATIENCE_S)
         client.wait_for_workers(1, timeout=PATIENCE_S)
-    except (OSError, TimeoutError, ValueError) as error:
+    except (OSError, TimeoutError, ValueError, TypeError) as error:  # TypeError: no certificate
         what = f"no Dask cluster with workers there: {error}"
         raise InputError([Fault(what, "scheduler", value=address)]) from None
     return client

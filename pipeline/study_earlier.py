@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.runs import is_unchanged
+from pipeline.runs import is_unchanged, lies_in, remove_files
 from pipeline.study_folder import StudyFolder, StudyManifest
 
 #: in the folder of a study
@@ -45,7 +45,7 @@ def set_aside(folder: StudyFolder) -> None:
     A study that broke off leaves it where it was put then.
     """
     manifest, place = folder.read_manifest(), folder.path / EARLIER
-    files = _files(manifest)
+    files = _files(folder, manifest)
     if files:
         shutil.rmtree(place, ignore_errors=True)
     for name in files:
@@ -53,15 +53,14 @@ def set_aside(folder: StudyFolder) -> None:
             _move(folder.path / name, place / name)
     if files:
         StudyFolder(place).write_manifest(manifest)
-    for name in manifest.outputs.keys() - set(files):
-        (folder.path / name).unlink(missing_ok=True)
+    remove_files(folder.path, manifest.outputs.keys() - set(files))
 
 
 def take_back(folder: StudyFolder, key: str) -> Concluded | None:
     """Put a comparison back that was made from just this; None: there is none that holds."""
     place = folder.path / EARLIER
     earlier = StudyFolder(place).read_manifest()
-    files = _files(earlier)
+    files = _files(folder, earlier)
     if earlier.study.get("comparison", {}).get("key") != key or not all(
         is_unchanged(earlier.outputs[name], place / name) for name in files
     ):
@@ -76,10 +75,10 @@ def forget(folder: StudyFolder) -> None:
     shutil.rmtree(folder.path / EARLIER, ignore_errors=True)
 
 
-def _files(manifest: StudyManifest) -> list[str]:
+def _files(folder: StudyFolder, manifest: StudyManifest) -> list[str]:
     """Files of a comparison, of those that the manifest vouches for."""
     told = manifest.study.get("comparison", {}).get("files", ())
-    return [name for name in told if name in manifest.outputs]
+    return [name for name in told if name in manifest.outputs and lies_in(folder.path, name)]
 
 
 def _move(source: Path, target: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,6 +12,7 @@ from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Self
 
+from pipeline.allowance import one_thread_each
 from pipeline.study_jobs import Job, Report, lost, run_job, warm_up
 
 #: runs of the same content, one after the other: the first fills the store for the others
@@ -152,13 +152,6 @@ class Processes:
             worker.connection.send(None)
 
 
-def cores() -> int:
-    """How many processes can compute at once here."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def _start(work: Work) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
@@ -172,6 +165,7 @@ def _serve(connection: Connection, work: Work) -> None:
     """Do what comes through the pipe, to its end; the process that started this one is told."""
     # Ctrl-C reaches all processes of a terminal: the study ends the others
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    one_thread_each()
     with suppress(EOFError, OSError):
         while True:
             job: Job | None = connection.recv()

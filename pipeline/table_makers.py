@@ -208,7 +208,11 @@ def _cumulative(run: FinishedRun) -> pd.DataFrame:
     run.check_bins()
     rows = rows_of_links(run.network, run.options.links)
     edges = bin_edges(run.result.settings.duration, run.bin_s)
-    curves = [curves_of_passages(run.material.passages, int(link), edges) for link in rows]
+    curves = [
+        curves_of_passages(passages, int(link), edges)
+        for some, passages in run.material.passages.blocks(rows)
+        for link in some
+    ]
     table = pd.concat(curves, ignore_index=True)
     ids = run.network.links["link_id"].astype(str).to_numpy()[rows]
     table.insert(0, "link_id", np.repeat(ids, len(edges)))

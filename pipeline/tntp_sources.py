@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.downloads import announced_wait, data_cache
+from pipeline.downloads import announced_wait
 from pipeline.ingest_config import IngestSection
 from uxsim_geo.network.tntp_collection import KnownNetwork, Role, read_collection
+from uxsim_geo.user_cache import user_cache
 
 if TYPE_CHECKING:
     from uxsim_geo.network.network import Network
@@ -23,7 +24,7 @@ def tntp_shelf() -> Shelf:
     """Return where the files of data sets are kept."""
     from uxsim_geo.network.tntp_download import Shelf
 
-    return Shelf(read_collection(), data_cache() / "tntp")
+    return Shelf(read_collection(), user_cache() / "tntp")
 
 
 def fetch_network(

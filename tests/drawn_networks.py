@@ -11,6 +11,8 @@ from plain_paths import best_routes
 from small_networks import Row, Stream, link
 from twin import TwinLink
 
+from uxsim_geo.settings import Settings
+
 #: link_ids from origin to destination: the only way there is
 Routes = dict[tuple[str, str], list[str]]
 Drawn = tuple[list[TwinLink], Routes, list[Stream]]
@@ -156,6 +158,55 @@ def webs(draw: st.DrawFn, platoon_size: int) -> Tables:
             (origin, destination, start, end, float(draw(st.integers(10, 80 * platoon_size))))
         )
     return links, rows
+
+
+def _any_size(least: float, most: float) -> st.SearchStrategy[float]:
+    """Numbers of every order of magnitude, the ends often."""
+    between = st.floats(math.log10(least), math.log10(most)).map(lambda power: 10.0**power)
+    return st.sampled_from([least, most]) | between.filter(lambda drawn: least <= drawn <= most)
+
+
+#: rows as of a web, and what the run is told
+Extreme = tuple[list[Row], list[tuple[str, str, float, float, float]], Settings]
+
+
+@st.composite
+def extreme_webs(draw: st.DrawFn) -> Extreme:
+    """Up to seven links between up to four nodes, whose every attribute is as far out as allowed.
+
+    Lengths of 1 mm to 10,000 km, 1 to 100 lanes, platoons of up to 10,000 vehicles, steps of 0.01 s
+    to 11 days, and up to four flows of up to 60 platoons.
+    """
+    nodes = draw(st.sampled_from([4, 3, 2]))
+    links = []
+    for number in range(draw(st.integers(2, 7))):
+        first = number if number < nodes else draw(st.integers(0, nodes - 1))
+        last = (first + (1 if number < nodes else draw(st.integers(1, nodes - 1)))) % nodes
+        links.append(
+            link(
+                f"link{number}",
+                f"{first}",
+                f"{last}",
+                draw(_any_size(1e-3, 1e7)),
+                free_speed=draw(_any_size(0.1, 150.0)),
+                lanes=draw(st.sampled_from([1, 2, 3, 100])),
+                jam_density=draw(_any_size(1e-3, 1.0)),
+                capacity=draw(st.sampled_from([math.nan, math.nan, 1e-3, 0.4, 1e3])),
+                merge_priority=draw(st.sampled_from([1e-6, 1.0, 1e6])),
+            )
+        )
+    used = sorted({row[end] for row in links for end in ("from_node_id", "to_node_id")})
+    size = draw(st.sampled_from([1, 5, 1000, 10_000]))
+    reaction_time = draw(st.sampled_from([0.01, 1.3, 100.0]))
+    duration = min(draw(st.sampled_from([500.0, 5000.0])) * size * reaction_time, 1e8)
+    told = Settings(duration, size, reaction_time=reaction_time, route_update_interval=duration / 7)
+    rows = []
+    for _ in range(draw(st.integers(1, 4))):
+        origin, destination = draw(st.permutations(used))[:2]
+        start = duration * draw(st.floats(0, 0.5))
+        end = start + duration * draw(st.floats(1e-4, 0.5))
+        rows.append((origin, destination, start, end, float(draw(st.integers(1, 60 * size)))))
+    return links, rows, told
 
 
 @st.composite

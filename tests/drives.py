@@ -11,6 +11,7 @@ import pandas as pd
 from small_networks import across, grid, network
 
 from uxsim_geo.engine.simulation import simulate
+from uxsim_geo.events import EventTable
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
@@ -68,7 +69,7 @@ def result_of(of: Network, drives: Sequence[Drive], duration: float) -> Result:
         table[end] = pd.Categorical(table[end], categories=of.nodes["node_id"])
     table["class"] = table["class"].astype("category")
     table["status"] = pd.Categorical(table["status"], categories=STATUS)
-    return Result(events, table, Settings(duration), 0.0, 0)
+    return Result(EventTable(events), table, Settings(duration), 0.0, 0)
 
 
 @cache

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from uxsim_geo.events import EventTable
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS, Network
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
@@ -78,7 +79,7 @@ def result_of(
 ) -> Result:
     """What a run would have left with these tables."""
     limits = pd.DataFrame() if speed_limits is None else speed_limits
-    return Result(events, trips, settings, 0.0, 0, speed_limits=limits)
+    return Result(EventTable(events), trips, settings, 0.0, 0, speed_limits=limits)
 
 
 def random_link(

@@ -13,7 +13,7 @@ from newell_link import events_of, network_of, result_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
-from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.export.geopackage import write_geopackage
 from uxsim_geo.export.run_description import RunDescription
 from uxsim_geo.export.run_layers import Run, layers_of_run
@@ -63,7 +63,7 @@ def run_of(network: Network) -> Run:
     )
     result = result_of(events, trips, Settings(150.0))
     states = link_times(result, network, bin_s=60.0)
-    return Run(network, result, states, Passages.of(result, network))
+    return Run(network, result, states, RunPassages(result, network))
 
 
 def description_of(network: Network, start: datetime = START) -> RunDescription:

@@ -136,7 +136,7 @@ def test_a_percentile_on_the_edge_of_a_share_is_the_lower_value() -> None:
 
 def test_the_pairs_of_nobody_make_an_empty_table() -> None:
     nobody = result_of(ROAD, [Drive("a", "c", 0.0, (), "waiting")], 10.0)
-    empty = Result(nobody.events, nobody.trips.iloc[:0], nobody.settings, 0.0, 0)
+    empty = Result(nobody.log, nobody.trips.iloc[:0], nobody.settings, 0.0, 0)
     assert od_table(empty, ROAD, bin_s=5.0).empty
 
 

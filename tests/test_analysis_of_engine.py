@@ -8,7 +8,7 @@ import pytest
 from newell_link import network_of
 
 from uxsim_geo.analysis.link_states import link_times
-from uxsim_geo.analysis.network_states import network_states, vehicle_counts
+from uxsim_geo.analysis.network_states import network_states, trip_ends, vehicle_counts
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.summary import summary
 from uxsim_geo.demand.demand import DEMAND_COLUMNS, Demand
@@ -74,7 +74,7 @@ def test_platoons_keep_their_room_in_the_engine_s_queues(run: tuple[Network, Res
 def test_the_summary_and_the_counts_agree_with_each_other(run: tuple[Network, Result]) -> None:
     network, result = run
     figures = summary(result, network)
-    last = vehicle_counts(result.events, result.trips, np.array([1200.0])).iloc[0]
+    last = vehicle_counts(result.trips, trip_ends(result), np.array([1200.0])).iloc[0]
     for status in ("departed", "waiting", "running", "completed", "aborted"):
         assert figures[f"vehicles_{status}"] == last[status], status
     assert figures["vehicles_demanded"] == 1210

@@ -17,6 +17,7 @@ from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.summary import summary
 from uxsim_geo.control import LinkCapacity, SpeedLimit
+from uxsim_geo.events import EventTable
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
@@ -147,7 +148,7 @@ def test_the_summary_counts_the_way_of_those_under_way_at_their_own_speed() -> N
     trips = trips_of([{"enter_s": 0.0, "status": "running", "distance_m": 400.0}])
     events = events_of(road, [(0, 0, 0.0, np.nan)])
     limits = limits_of((0.0, "link 0", 10.0))
-    result = Result(events, trips, Settings(40.0), 0.0, 0, speed_limits=limits)
+    result = Result(EventTable(events), trips, Settings(40.0), 0.0, 0, speed_limits=limits)
     assert summary(result, road)["total_delay_veh_s"] == pytest.approx(5 * 20)
 
 

@@ -8,7 +8,7 @@ import pytest
 from newell_link import events_of, network_of, random_link, result_of, trips_of
 
 from uxsim_geo.analysis.link_states import link_times, link_totals
-from uxsim_geo.analysis.network_states import network_states, vehicle_counts
+from uxsim_geo.analysis.network_states import network_states, trip_ends, vehicle_counts
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
 
@@ -151,7 +151,8 @@ def test_vehicles_are_counted_where_they_are() -> None:
             {"depart_s": 999.0, "status": "waiting", "vehicles": 1},
         ]
     )
-    counts = vehicle_counts(events, trips, np.array([0.0, 15.0, 30.0, 55.0, 90.0]))
+    ends = trip_ends(result_of(events, trips, Settings(999.0)))
+    counts = vehicle_counts(trips, ends, np.array([0.0, 15.0, 30.0, 55.0, 90.0]))
     assert counts["departed"].tolist() == [5, 10, 10, 15, 15]
     assert counts["waiting"].tolist() == [5, 5, 0, 1, 1]
     assert counts["running"].tolist() == [0, 5, 10, 5, 3]

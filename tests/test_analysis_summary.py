@@ -9,6 +9,7 @@ import pytest
 from newell_link import events_of, network_of, trips_of
 
 from uxsim_geo.analysis.summary import summary
+from uxsim_geo.events import EventTable
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
 
@@ -52,7 +53,7 @@ def result_of_every_fate() -> Result:
             {"depart_s": 250.0, "status": "waiting", "vehicles": 2},
         ]
     )
-    return Result(events, trips, Settings(200.0, seed=7), 0.25, 0)
+    return Result(EventTable(events), trips, Settings(200.0, seed=7), 0.25, 0)
 
 
 def test_every_fate_counts_as_it_should() -> None:
@@ -77,7 +78,7 @@ def test_every_fate_counts_as_it_should() -> None:
 
 def test_nobody_gives_nulls_that_json_can_hold() -> None:
     network = network_of([{}])
-    result = Result(events_of(network, []), trips_of([]), Settings(100.0), 0.0, 0)
+    result = Result(EventTable(events_of(network, [])), trips_of([]), Settings(100.0), 0.0, 0)
     figures = summary(result, network)
     assert json.loads(json.dumps(figures, allow_nan=False)) == figures
     assert figures["completed"] == {"average_travel_time_s": None, "average_delay_s": None}
@@ -87,5 +88,5 @@ def test_nobody_gives_nulls_that_json_can_hold() -> None:
 def test_locked_vehicles_make_a_gridlock() -> None:
     network = network_of([{}, {}])
     free = result_of_every_fate()
-    locked = Result(free.events, free.trips, free.settings, free.engine_wall_s, 5)
+    locked = Result(free.log, free.trips, free.settings, free.engine_wall_s, 5)
     assert summary(locked, network)["gridlocked"] is True

@@ -39,6 +39,7 @@ PYTHON_SIDE = (
     "saved",
     "setting",
     "simulation",
+    "sinks",
     "steering",
     "tables",
     "ways",

@@ -110,7 +110,10 @@ def test_unfinished_entries_of_dead_processes_go(done: Path) -> None:
 
 def test_unfinished_files_go_after_a_day(done: Path) -> None:
     run = run_folder(done, "base", 0)
-    old, young = run / ".events.part12.parquet", run / "network/.links.part13.parquet"
+    old, young = (
+        run / ".events.uxsim-geo.part12.parquet",
+        run / "network/.links.uxsim-geo.part13.parquet",
+    )
     old.write_text("half")
     young.write_text("half")
     long_ago = young.stat().st_mtime - 2 * A_DAY

@@ -11,7 +11,6 @@ import pytest
 from test_engine_order import hash_of, random_case
 from test_engine_pieces import under_all_control
 
-from uxsim_geo.compiling import entry
 from uxsim_geo.engine.simulation import simulate
 
 
@@ -48,17 +47,6 @@ def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> Non
     )
     printed = [run_program(*lines, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)]
     assert [line.split() for line in printed] == [["0", "0"], ["1", "1"]]
-
-
-@pytest.mark.parametrize("writable", [True, False])
-def test_compiled_code_is_kept_where_that_can_be_done(
-    writable: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """numba raises where no folder can be written to; then it has to go without."""
-    if not writable:
-        monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
-    double = entry()(lambda number: 2 * number)
-    assert double(21) == 42
 
 
 def test_compiling_is_done_before_the_clock_of_the_engine_starts() -> None:

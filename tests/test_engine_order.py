@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from small_networks import Row, across, demand, grid, link, network
+from weights import weights_of
 
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.draws import CHOICE, combine, unit
@@ -159,10 +160,7 @@ def test_no_move_is_made_before_its_out_link_was_chosen(seed: int, update_weight
     weights = []
     for step in range(steps_of(settings)):
         simulation.advance((step + 1) * settings.step)
-        if step == 0 or (simulation.world.routes.weight != weights[-1]).any():
-            weights.append(simulation.world.routes.weight.copy())
-        else:
-            weights.append(weights[-1])
+        weights.append(weights_of(simulation))
     result = simulation.result()
     moves = moves_between_links(simulation, result)
     assert len(moves) > 50

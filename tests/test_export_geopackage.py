@@ -24,7 +24,7 @@ from newell_link import events_of, network_of, result_of, trips_of
 from packaged_road import NAMES, START, description_of, run_of, two_way_road, write
 
 from uxsim_geo.analysis.link_states import link_states, link_times
-from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.export import geopackage, layers
 from uxsim_geo.export.colours import NO_TRAFFIC, SPEED_CLASSES
 from uxsim_geo.export.columns import LAYERS as COLUMNS_IN_WORDS
@@ -135,7 +135,7 @@ def test_the_effective_capacity_is_the_one_the_engine_works_with(tmp_path: Path)
     network = network_of([{}, {"capacity": 0.5}, {"capacity": 9.0, "lanes": 2}])
     result = result_of(events_of(network, []), trips_of([]), Settings(100.0))
     states = link_times(result, network, bin_s=100.0)
-    run = Run(network, result, states, Passages.of(result, network))
+    run = Run(network, result, states, RunPassages(result, network))
     settings = Settings(100.0, reaction_time=1.5)
     tabled = links_layer(network, states, settings.reaction_time)["effective_capacity_vph"]
     # one lane: 20 m/s x 0.2 veh/m / (1 + 20 x 1.5 x 0.2) = 4/7 veh/s
@@ -229,7 +229,7 @@ def test_layers_keep_their_type_where_nobody_drove(tmp_path: Path) -> None:
     network, path = two_way_road("EPSG:25832"), tmp_path / "results.gpkg"
     result = result_of(events_of(network, []), trips_of([]), Settings(100.0))
     states = link_times(result, network, bin_s=100.0)
-    empty = Run(network, result, states, Passages.of(result, network))
+    empty = Run(network, result, states, RunPassages(result, network))
     for run in (empty, run_of(network)):
         description = description_of(network)
         write_geopackage(path, layers_of_run(run, description), description)

@@ -18,8 +18,9 @@ from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_times
 from uxsim_geo.analysis.od import od_table
-from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.analysis.trajectories import trajectories
+from uxsim_geo.events import EventTable
 from uxsim_geo.export.archives import write_flatgeobuf, write_geoparquet
 from uxsim_geo.export.findings import extent_of_traffic
 from uxsim_geo.export.layers import link_times_layer
@@ -182,7 +183,7 @@ def bent_road() -> tuple[Network, Result]:
 
 def test_trajectories_are_where_the_vehicles_are() -> None:
     network, result = bent_road()
-    passages = Passages.of(result, network)
+    passages = RunPassages(result, network)
     layer = trajectories_layer(result, network, passages, Sample(10, 5.0), START)
     assert layer["vehicle"].tolist() == [0, 1]
     assert layer["begin"].tolist() == [
@@ -216,8 +217,8 @@ def test_a_sample_is_spread_over_all_that_drove() -> None:
     network, result = bent_road()
     rows = [(v, 0, 5.0 + v, 60.0 + v) for v in range(40)]
     trips = trips_of([{"enter_s": 5.0 + v, "arrive_s": 60.0 + v} for v in range(40)])
-    result = replace(result, events=events_of(network, rows), trips=trips)
-    passages = Passages.of(result, network)
+    result = replace(result, log=EventTable(events_of(network, rows)), trips=trips)
+    passages = RunPassages(result, network)
     layer = trajectories_layer(result, network, passages, Sample(4, 10.0), START)
     assert layer["vehicle"].tolist() == [5, 15, 25, 35]
 
@@ -225,7 +226,7 @@ def test_a_sample_is_spread_over_all_that_drove() -> None:
 def test_nobody_on_the_road_gives_empty_layers() -> None:
     network = two_way_road("EPSG:4326")
     result = result_of(events_of(network, []), trips_of([]), Settings(100.0))
-    passages = Passages.of(result, network)
+    passages = RunPassages(result, network)
     assert len(trajectories_layer(result, network, passages, Sample(), START)) == 0
     assert len(od_lines_layer(network, od_table(result, network))) == 0
 

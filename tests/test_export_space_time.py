@@ -15,7 +15,7 @@ from newell_link import events_of, network_of, result_of, trips_of
 from shapely.geometry import LineString, Point
 
 from uxsim_geo.analysis.link_states import link_states, link_times
-from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.export.clock import Clock
 from uxsim_geo.export.colours import SPEED_CLASSES
 from uxsim_geo.export.map_plane import MapPlane
@@ -470,13 +470,13 @@ def test_ways_go_through_the_places_of_their_vehicles() -> None:
     network = two_way_road()
     events = events_of(network, [(0, 0, 0.0, 50.0), (0, 1, 50.0, 100.0), (1, 0, 10.0, np.nan)])
     result = result_of(events, trips_of([{}, {}]), Settings(120.0))
-    ways = sampled_ways(network, Passages.of(result, network), 10)
+    ways = sampled_ways(network, RunPassages(result, network), 10)
     there_and_back, stays = ways
     # 20 m/s to the east and back again
     time, x = there_and_back[:, 2], there_and_back[:, 0]
     assert x == pytest.approx(np.where(time <= 50, 20 * time, 2000 - 20 * time), abs=1e-6)
     assert stays[-1].tolist() == pytest.approx([1000, 0, 120])
-    assert len(sampled_ways(network, Passages.of(result, network), 1)) == 1
+    assert len(sampled_ways(network, RunPassages(result, network), 1)) == 1
     scene = space_time_scene(network, states_with_a_queue(network), Look(), ways)
     count = sum(len(way) - 1 for way in ways)
     assert len(scene["trajectories.lines"]) == count

@@ -129,7 +129,7 @@ def flows_stay_below_capacity(tables: Tables, result: Result) -> None:
     for passing in passings(tables, result):
         road = passing.road
         speed, jam = road["free_speed"], road["jam_density"]
-        top = road["lanes"] * speed * jam / (1 + speed * REACTION_TIME * jam)
+        top = road["lanes"] * speed * jam / (1 + speed * result.settings.reaction_time * jam)
         top = np.fmin(top, road["capacity"])
         gone = ~np.isnan(passing.leave)
         for times, vehicles in (
@@ -146,7 +146,7 @@ def waves_travel_as_the_diagram_says(tables: Tables, result: Result) -> None:
     for passing in passings(tables, result):
         road, size = passing.road, result.settings.platoon_size
         forward = road["length"] / road["free_speed"]
-        backward = road["length"] * REACTION_TIME * road["jam_density"]
+        backward = road["length"] * result.settings.reaction_time * road["jam_density"]
         moments = np.concatenate([steps(result), passing.enter, passing.leave])
         moments = moments[~np.isnan(moments)]
         assert (passing.left(moments) <= passing.entered(moments - forward + HAIR)).all()

@@ -14,6 +14,7 @@ import pytest
 from small_networks import Row, across, demand, entries, grid, link, network, on_link
 from test_engine_order import hash_of
 from test_theory_nodes import four_sigma
+from weights import weights_of
 
 from uxsim_geo.control import Closure, EnforcedRoute, Toll
 from uxsim_geo.control.drivers import DriverClass
@@ -118,7 +119,7 @@ def two_ways(size: int, interval: float, order: int = 1, **told: Any) -> Simulat
 def weight_after(run: Simulation, time: float) -> float:
     """The weight of the old way, after the update at a time."""
     run.advance(time + run.settings.step)
-    return float(run.world.routes.weight[0, 0])
+    return float(weights_of(run)[0, 0])
 
 
 @sizes

@@ -94,7 +94,10 @@ def test_a_new_route_is_taken_up_with_inertia(weight: float, size: int) -> None:
 def test_unequal_routes_are_shared_by_the_noise_alone(
     longer: float, chance: float, size: int
 ) -> None:
-    """At λ = 1 all of an interval take the way that is the faster one with its noise."""
+    """At λ = 1 all of an interval take the way that is the faster one with its noise.
+
+    Both ways are taken where they take the same time to the millisecond, of 1,000 that noise adds.
+    """
     links = [link("a", "1", "2", 2000, lanes=3), link("b", "1", "2", 20 * longer, lanes=3)]
     interval, updates = 10.0 * size, 1500
     told = {"route_update_interval": interval, "route_update_weight": 1.0}
@@ -106,7 +109,7 @@ def test_unequal_routes_are_shared_by_the_noise_alone(
     # the slower one is T/100 times as noisy: the triangle is smaller by that
     assert used == pytest.approx(chance, abs=4 * np.sqrt(chance * (1 - chance) / updates) + 1e-12)
     both = set(in_interval) & set((on_link(result, "a")["enter_s"] // interval).astype(int))
-    assert not both
+    assert len(both) <= 6 if longer == 100.0 else not both  # of 1,500; 1.5 ± 4 · 1.2
 
 
 @sizes

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     from uxsim_geo.control.drivers import DriverClass
     from uxsim_geo.control.site import Measure
     from uxsim_geo.demand.demand import Demand
     from uxsim_geo.errors import InputError
     from uxsim_geo.export.page.inline import explore
+    from uxsim_geo.machine import Machine
     from uxsim_geo.network.network import Network
     from uxsim_geo.result import Progress, Result
     from uxsim_geo.settings import Settings
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Demand",
     "InputError",
+    "Machine",
     "Network",
     "Result",
     "Settings",
@@ -38,6 +41,7 @@ __all__ = [
 _HOMES = {
     "Demand": "demand.demand",
     "InputError": "errors",
+    "Machine": "machine",
     "Network": "network.network",
     "Result": "result",
     "Settings": "settings",
@@ -55,17 +59,22 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
     control: Sequence[Measure] = (),
     classes: Sequence[DriverClass] = (),
     progress: Callable[[Progress], None] | None = None,
+    events_file: str | Path | None = None,
     sleep: bool = True,
+    machine: Machine | None = None,
 ) -> Result:
     """Simulate a demand on a network until ``settings.duration``, under some measures of control.
 
     ``control`` are measures of ``uxsim_geo.control``; ``classes`` the classes of drivers that the
     demand names. ``progress`` is called about a hundred times with the state of the run.
+    ``events_file`` is a Parquet file for the events: they go there while the run goes on, and the
+    result reads them from there (None: they are kept in memory). It appears at the end.
     ``sleep`` lets blocked platoons rest until something can change for them; False tries them
-    again in every step, which is slower and gives the same result, to the bit.
+    again in every step, which is slower and gives the same result, to the bit. ``machine`` says
+    how much of this machine the run may use, on which no result depends.
 
     Raises :class:`uxsim_geo.errors.InputError` with all that is wrong with the tables, or with the
-    control.
+    control, and where the run would need more memory than there is.
     """
     # the engine waits for the first call, so that importing every name from here stays light
     from uxsim_geo.engine import simulation
@@ -77,7 +86,9 @@ def simulate(  # noqa: PLR0913 -- the arguments of the engine
         control=control,
         classes=classes,
         progress=progress,
+        events_file=events_file,
         sleep=sleep,
+        machine=machine,
     )
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import html
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import pandas as pd
 
+from uxsim_geo.events import EventLog
 from uxsim_geo.settings import Settings
 
 
@@ -26,10 +28,13 @@ class Progress(NamedTuple):
 class Result:
     """Link-boundary events and trips of one simulation.
 
+    log
+        the events, in memory or in a file, for who reads them piece by piece
     events
-        one row per link entry, in the order of the exits: vehicle (row of ``trips``, int32), link
-        (link_id, categorical with the categories in the order of the links table), enter_s,
-        exit_s (s; NaN while on the link at the end)
+        the same as one table, read into memory where they are in a file: one row per link entry,
+        in the order of the exits: vehicle (row of ``trips``, int32), link (link_id, categorical
+        with the categories in the order of the links table), enter_s, exit_s (s; NaN while on the
+        link at the end)
     trips
         one row per platoon, ordered by departure, those added during the run after the others:
         vehicle (int32), origin, destination (node_id, categorical), class (of drivers,
@@ -52,7 +57,7 @@ class Result:
         not its free speed for the whole run; those who entered before keep their speed
     """
 
-    events: pd.DataFrame
+    log: EventLog
     trips: pd.DataFrame
     settings: Settings
     engine_wall_s: float
@@ -60,12 +65,17 @@ class Result:
     notes: tuple[str, ...] = ()
     speed_limits: pd.DataFrame = field(default_factory=pd.DataFrame)
 
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """The events as one table."""
+        return self.log.table()
+
     def _repr_html_(self) -> str:
         """What a notebook shows: how many vehicles did what."""
         vehicles = self.trips["vehicles"].groupby(self.trips["status"].astype(str)).sum()
         rows = [(f"vehicles {status}", f"{number:,.0f}") for status, number in vehicles.items()]
         rows += [
-            ("link entries", f"{len(self.events):,}"),
+            ("link entries", f"{len(self.log):,}"),
             ("simulated", f"{self.settings.duration:,g} s"),
             ("gridlock", "yes" if self.locked_vehicles else "no"),
             ("seed", str(self.settings.seed)),

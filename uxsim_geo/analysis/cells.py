@@ -18,6 +18,7 @@ from uxsim_geo.analysis.crossings import times_at
 from uxsim_geo.analysis.edie import edie_states
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.pieces import Pieces, Stretches
+from uxsim_geo.analysis.run_passages import blocks_at_hand
 from uxsim_geo.analysis.subsets import chosen_vehicles, names_of, rows_of_links
 from uxsim_geo.analysis.table_size import MOST_CELLS, check_rows
 from uxsim_geo.analysis.types import Floats, Integers
@@ -58,11 +59,14 @@ def space_time_cells(  # noqa: PLR0913 -- what to look at, and how finely, by ke
     length = network.links["length"].to_numpy(float)[rows]
     parts = _parts(length, cell_m, len(edges) - 1)
     chosen = chosen_vehicles(result.trips, vehicles)
-    passages = Passages.at_hand(passages, result, network)
     first = np.cumsum(parts) - parts
     total = np.zeros((2, int(parts.sum()) * (len(edges) - 1)))
-    for some in _blocks(passages, rows, parts):
-        _add_up(total, passages, chosen, (rows[some], parts[some], first[some]), edges)
+    for own, there in blocks_at_hand(passages, result, network, rows):
+        place = np.searchsorted(rows, own)
+        for some in _blocks(there, own, parts[place]):
+            cells = (own[some], parts[place[some]], first[place[some]])
+            _add_up(total, there, chosen, cells, edges)
+        del there  # before the next are made
     return _table(network, (rows, parts, first), edges, total)
 
 

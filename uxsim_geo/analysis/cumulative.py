@@ -55,7 +55,7 @@ def cumulative_curves(
         faults.raise_if_any()
     known = pd.Index(network.links["link_id"].astype(str))
     (row,) = named_rows(link, known, "link")
-    passages = Passages.of(result, network)
+    passages = Passages.of(result, network, np.array([row]))
     moments = None if times is None else checked_moments(times, passages.end)
     return curves_of_passages(passages, int(row), moments)
 

@@ -7,7 +7,7 @@ and a table is made for as many links or bins as somebody needs at a time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,17 +55,26 @@ class LinkStates:
 
     @classmethod
     def of(
-        cls, observed: Observed, network: Network, rows: Integers, reaction_time: float
+        cls,
+        observed: Iterable[tuple[Integers, Observed]],
+        network: Network,
+        edges: Floats,
+        reaction_time: float,
     ) -> LinkStates:
-        """Work out the sums for ``rows`` of the links table."""
-        bins = len(observed.edges) - 1
-        cells, parts = [], []
-        for part in _blocks(len(rows), bins):
-            sums = observed.sums(rows[part])
-            counted = [values for name, values in sums.items() if name != EXPERIENCED]
-            there = np.flatnonzero(np.any(counted, axis=0))
-            cells.append(there + part.start * bins)
-            parts.append({name: values[there] for name, values in sums.items()})
+        """Work out the sums for links (rows of the table), some after the others."""
+        bins, cells, parts, links = len(edges) - 1, [], [], []
+        first = 0
+        for own, seen in observed:
+            for part in _blocks(len(own), bins):
+                sums = seen.sums(own[part])
+                counted = [values for name, values in sums.items() if name != EXPERIENCED]
+                there = np.flatnonzero(np.any(counted, axis=0))
+                cells.append(there + (first + part.start) * bins)
+                parts.append({name: values[there] for name, values in sums.items()})
+            links.append(own)
+            first += len(own)
+            del seen  # before the next are made
+        rows = np.concatenate(links)
         length, free = (network.links[name].to_numpy(float) for name in ("length", "free_speed"))
         return cls(
             pd.Index(network.links["link_id"].astype(str)),
@@ -73,7 +82,7 @@ class LinkStates:
             length[rows],
             free[rows],
             effective_capacity(network.links, reaction_time)[rows],
-            observed.edges,
+            edges,
             np.concatenate(cells),
             {name: np.concatenate([sums[name] for sums in parts]) for name in parts[0]},
         )

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.observations import COUNT, INTERVAL, LINK, check_observations
-from uxsim_geo.analysis.subsets import link_rows, node_rows
+from uxsim_geo.analysis.subsets import check_links, node_rows
 from uxsim_geo.analysis.types import Integers
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.demand.platoons import class_of_rows
@@ -42,10 +42,12 @@ def link_shares(result: Result, network: Network, demand: Demand, counts: pd.Dat
     trip_cell = _cells_of_trips(result, network, demand, cell)
     vehicles = result.trips["vehicles"].to_numpy(float)
     made = np.bincount(trip_cell, vehicles, minlength=cells)
-    passed, entries = link_rows(result, network), result.events["enter_s"].to_numpy(float)
-    order = np.lexsort((entries, passed))
-    first = np.searchsorted(passed[order], np.arange(len(network.links) + 1))
-    moments, driver = entries[order], result.events["vehicle"].to_numpy()[order]
+    check_links(result, network)
+    counted = np.isin(np.arange(len(network.links)), link)
+    events = result.log.some("vehicle", "link", "enter_s", links=counted)
+    order = np.lexsort((events["enter_s"], events["link"]))
+    first = np.searchsorted(events["link"][order], np.arange(len(network.links) + 1))
+    moments, driver = events["enter_s"][order], events["vehicle"][order]
     parts = []
     times = (counts[name].to_numpy(float) for name in INTERVAL)
     for number, (row, *interval) in enumerate(zip(link, *times, strict=True)):

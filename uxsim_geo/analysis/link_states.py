@@ -22,10 +22,12 @@ from uxsim_geo.analysis.cell_sums import Observed
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.kept_states import LinkStates
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import blocks_at_hand
 from uxsim_geo.analysis.spillback import times_without_room
 from uxsim_geo.analysis.state_grid import StateGrid, States
 from uxsim_geo.analysis.subsets import chosen_vehicles, rows_of_links
 from uxsim_geo.analysis.table_size import MOST_STATES, check_rows
+from uxsim_geo.analysis.types import Integers
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
@@ -96,10 +98,14 @@ def link_states(  # noqa: PLR0913 -- three ways to choose, by keyword alone
     instead = "take longer bins or fewer links"
     check_rows(len(rows) * (len(edges) - 1), MOST_STATES, "bin_s", instead)
     counts = chosen_vehicles(result.trips, vehicles)
-    passages = Passages.at_hand(passages, result, network)
-    closures = times_without_room(passages, network, result.settings)
-    observed = Observed(passages, counts, closures, edges)
-    return LinkStates.of(observed, network, rows, result.settings.reaction_time)
+
+    def observe(some: tuple[Integers, Passages]) -> tuple[Integers, Observed]:
+        own, there = some
+        closures = times_without_room(there, network, result.settings)
+        return own, Observed(there, counts, closures, edges)
+
+    blocks = blocks_at_hand(passages, result, network, rows)
+    return LinkStates.of(map(observe, blocks), network, edges, result.settings.reaction_time)
 
 
 def link_totals(states: States) -> pd.DataFrame:

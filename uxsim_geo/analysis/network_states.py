@@ -9,6 +9,7 @@ from uxsim_geo.analysis.edie import edie_states
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.network.network import Network
+from uxsim_geo.result import Result
 
 
 def network_states(states: pd.DataFrame, network: Network) -> pd.DataFrame:
@@ -59,15 +60,16 @@ def states_of_part(grid: StateGrid, lanes_m: Floats, part: Integers) -> pd.DataF
     )
 
 
-def vehicle_counts(events: pd.DataFrame, trips: pd.DataFrame, times: Floats) -> pd.DataFrame:
-    """Where the vehicles are at each of ``times`` (s after the start, ascending).
+def vehicle_counts(trips: pd.DataFrame, ends: Floats, times: Floats) -> pd.DataFrame:
+    """Where the vehicles of trips are at each of ``times`` (s after the start, ascending).
+
+    ``ends`` are those of these trips, as :func:`trip_ends` gives them for all.
 
     Columns: time_s and, in vehicles, departed (waiting, running, completed and aborted together),
     waiting (to enter the network), running (on links), completed and aborted (so far).
     """
     vehicles = trips["vehicles"].to_numpy(float)
     aborted = (trips["status"] == "aborted").to_numpy()
-    ends = trip_ends(events, trips)
 
     def until(moments: Floats, chosen: np.ndarray) -> Floats:
         chosen = chosen & ~np.isnan(moments)
@@ -95,15 +97,16 @@ def vehicle_counts(events: pd.DataFrame, trips: pd.DataFrame, times: Floats) -> 
     )
 
 
-def trip_ends(events: pd.DataFrame, trips: pd.DataFrame) -> Floats:
+def trip_ends(result: Result) -> Floats:
     """When each trip ended, s: at its arrival, or where it was aborted; NaN while it goes on.
 
     An aborted trip ends when it leaves its last link, or at its departure if it never entered one.
     """
-    left = events.groupby("vehicle")["exit_s"].max()
-    last_exit = left.reindex(np.arange(len(trips))).to_numpy(float)
-    departed = trips["depart_s"].to_numpy(float)
-    gave_up_at = np.where(np.isnan(last_exit), departed, last_exit)
+    trips = result.trips
+    ends = trips["arrive_s"].to_numpy(float, copy=True)
     aborted = (trips["status"] == "aborted").to_numpy()
-    ends: Floats = np.where(aborted, gave_up_at, trips["arrive_s"].to_numpy(float))
+    if aborted.any():
+        ends[aborted] = trips["depart_s"].to_numpy(float)[aborted]
+        left = result.log.some("vehicle", "exit_s", vehicles=aborted)
+        np.fmax.at(ends, left["vehicle"], left["exit_s"])
     return ends

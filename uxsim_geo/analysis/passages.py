@@ -31,9 +31,10 @@ import numpy as np
 import pandas as pd
 
 from uxsim_geo.analysis.own_speeds import last_no_faster, own_free_speeds
-from uxsim_geo.analysis.subsets import link_rows
+from uxsim_geo.analysis.subsets import check_links
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
+from uxsim_geo.events import EventLog
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 from uxsim_geo.settings import Settings
@@ -74,7 +75,10 @@ class Passages:
     before), free_speed (m/s, its own: the limit in force when it entered, else that of the link),
     first (per link and one more: where its passages begin), geometry (of the links), held_by (the
     last passage before it that is no faster, as :func:`last_no_faster` tells; None: there were no
-    speed limits), end (of the simulation, s), events (the table that they were made of).
+    speed limits), end (of the simulation, s), log (of the events that they were made of).
+
+    There may be fewer: those of some links, or of some vehicles and of those that matter to them
+    (:class:`uxsim_geo.analysis.run_passages.RunPassages`).
     """
 
     link: Integers
@@ -88,40 +92,25 @@ class Passages:
     geometry: LinkGeometry
     held_by: Integers | None
     end: float
-    events: pd.DataFrame = field(repr=False, compare=False)
+    log: EventLog = field(repr=False, compare=False)
 
     @classmethod
-    def at_hand(cls, passages: Passages | None, result: Result, network: Network) -> Passages:
-        """Those that somebody has at hand, or new ones.
-
-        Raises :class:`uxsim_geo.errors.InputError` if they are those of another result, and as
-        :meth:`of`.
-        """
-        if passages is None:
-            return cls.of(result, network)
-        if passages.events is not result.events:
-            faults = Faults()
-            what = "are those of another result: make them of this one, or leave them out"
-            faults.add(what, column="passages")
-            faults.raise_if_any()
-        return passages
-
-    @classmethod
-    def of(cls, result: Result, network: Network) -> Passages:
-        """Sort the events of a run by link.
+    def of(cls, result: Result, network: Network, links: Integers | None = None) -> Passages:
+        """Sort the events of a run, or of the links in some rows of the table, by link.
 
         Raises :class:`uxsim_geo.errors.InputError` if the events or limits are of another network.
         """
-        links = link_rows(result, network)
-        events, limits = result.events, result.speed_limits
+        check_links(result, network)
+        limits = result.speed_limits
         geometry = LinkGeometry.of(network, result.settings)
         limited = _limited_links(limits, network)
-        enter = events["enter_s"].to_numpy(float)
-        exit_ = events["exit_s"].to_numpy(float)
+        wanted = None if links is None else np.isin(np.arange(len(network.links)), links)
+        events = result.log.some("vehicle", "link", "enter_s", "exit_s", links=wanted)
+        enter, exit_ = events["enter_s"], events["exit_s"]
         exit_ = np.where(np.isnan(exit_), np.inf, exit_)
-        order = np.lexsort((exit_, enter, links))
-        link, enter = links[order], enter[order]
-        vehicle = events["vehicle"].to_numpy(np.int64)[order]
+        order = np.lexsort((exit_, enter, events["link"]))
+        link, enter = events["link"][order].astype(np.int64, copy=False), enter[order]
+        vehicle = events["vehicle"][order].astype(np.int64, copy=False)
         vehicles = result.trips["vehicles"].to_numpy(float)[vehicle]
         first = np.searchsorted(link, np.arange(len(network.links) + 1))
         own = own_free_speeds(link, enter, geometry.free_speed, limits, limited)
@@ -137,7 +126,7 @@ class Passages:
             geometry=geometry,
             held_by=last_no_faster(own, first, np.unique(limited)) if limited.size else None,
             end=result.settings.duration,
-            events=events,
+            log=result.log,
         )
 
     def positions(self, rows: Integers, times: Floats) -> Floats:
@@ -148,7 +137,7 @@ class Passages:
         link = self.link[rows]
         length, time_shift = self.geometry.length[link], self.geometry.time_shift[link]
         space_shift, speed = self.geometry.space_shift[link], self.free_speed[rows]
-        unfelt = np.minimum(self._first_unfelt_exit(rows, times), rows + 1)
+        unfelt = np.minimum(self.first_unfelt_exit(rows, times), rows + 1)
         if self.held_by is None:
             free = speed * (times - self.enter[rows])
         else:
@@ -208,7 +197,7 @@ class Passages:
         needed_or_free: Floats = np.minimum(needed, self.geometry.free_speed[link])
         return needed_or_free
 
-    def _first_unfelt_exit(self, rows: Integers, times: Floats) -> Integers:
+    def first_unfelt_exit(self, rows: Integers, times: Floats) -> Integers:
         """The first passage on the same link whose exit has not been felt, by binary search."""
         shift = self.ahead * self.geometry.time_shift[self.link]
         exits = self.exit - shift

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from uxsim_geo.analysis.bins import numbers_of
 from uxsim_geo.analysis.passages import Passages
 from uxsim_geo.analysis.table_size import MOST_BINS, MOST_SAMPLES, check_rows, shortest_step
-from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.analysis.types import Booleans, Floats, Integers
 from uxsim_geo.errors import Faults
 
 
@@ -77,7 +77,7 @@ class Samples:
         is on a link at any moment, of a share above 0 the first that is.
         """
         vehicle = passages.vehicle[self.row]
-        chosen = np.floor((vehicle + 1) * share) > np.floor(vehicle * share)
+        chosen = is_of_share(vehicle, share)
         if share > 0 and vehicle.size and not chosen.any():
             chosen = vehicle == vehicle.min()
         return self.where(chosen)
@@ -91,6 +91,12 @@ class Samples:
             self.position[chosen],
             self.speed[chosen],
         )
+
+
+def is_of_share(vehicle: Integers, share: float) -> Booleans:
+    """Whether each vehicle is one at which the sum of shares comes to the next whole number."""
+    chosen: Booleans = np.floor((vehicle + 1) * share) > np.floor(vehicle * share)
+    return chosen
 
 
 def check_step(name: str, step: float, duration: float) -> None:

@@ -11,8 +11,8 @@ import pandas as pd
 from uxsim_geo.analysis.bins import numbers_of
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.subsets import link_rows, named_rows, names_of, node_rows
-from uxsim_geo.analysis.types import Booleans, Integers
+from uxsim_geo.analysis.subsets import check_links, named_rows, names_of, node_rows
+from uxsim_geo.analysis.types import Booleans, Floats, Integers
 from uxsim_geo.demand.loading import zone_nodes
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
@@ -62,16 +62,20 @@ def users_of_links(
     there, if ``between`` does not ascend, or for another ``use``.
     """
     _check_word(use, USES, "use")
-    link = pd.Categorical(result.events["link"])
-    asked = named_rows(links, link.categories.astype(str), "links")
-    events = result.events[_inside(result.events["enter_s"], between) & np.isin(link.codes, asked)]
+    known = result.log.link_ids
+    asked = named_rows(links, known, "links")
+    used = result.log.some(
+        "vehicle", "link", "enter_s", links=np.isin(np.arange(len(known)), asked)
+    )
+    events = pd.DataFrame(used)[_inside(used["enter_s"], between)]
     events = events.sort_values(["vehicle", "enter_s"], kind="stable")
     first = events.drop_duplicates("vehicle")
     if use == "all":
-        used = events.drop_duplicates(["vehicle", "link"]).groupby("vehicle").size()
-        first = first[(used == len(asked)).to_numpy()]
+        number = events.drop_duplicates(["vehicle", "link"]).groupby("vehicle").size()
+        first = first[(number == len(asked)).to_numpy()]
     users = result.trips.loc[first["vehicle"].to_numpy(), list(WHO)].reset_index(drop=True)
-    return users.assign(link=first["link"].array, link_enter_s=first["enter_s"].to_numpy(float))
+    link = pd.Categorical.from_codes(first["link"].to_numpy(), categories=known)
+    return users.assign(link=link, link_enter_s=first["enter_s"].to_numpy(float))
 
 
 def users_of_zones(
@@ -103,7 +107,7 @@ def users_of_zones(
         own = nodes[name].loc[nodes[name][f"{name}_zone"].isin(asked), name]
         inside = network.nodes["node_id"].astype(str).isin(own).to_numpy()
         touch |= inside[node_rows(result, network, name)]
-    touch &= _inside(result.trips["depart_s"], between)
+    touch &= _inside(result.trips["depart_s"].to_numpy(float), between)
     return result.trips.loc[touch, list(WHO)].reset_index(drop=True)
 
 
@@ -149,11 +153,12 @@ def flows_of(result: Result, network: Network, users: pd.DataFrame) -> UserFlows
 
 
 def _link_flows(result: Result, network: Network, is_user: Booleans) -> pd.DataFrame:
-    row, links = link_rows(result, network), len(network.links)
-    vehicle = result.events["vehicle"].to_numpy()
+    check_links(result, network)
     weight = result.trips["vehicles"].to_numpy(float)
-    own = np.bincount(row, (weight * is_user)[vehicle], minlength=links).astype(float)
-    entries = np.bincount(row, weight[vehicle], minlength=links).astype(float)
+    own, entries = np.zeros((2, len(network.links)))
+    for piece in result.log.pieces("vehicle", "link"):
+        np.add.at(own, piece["link"], (weight * is_user)[piece["vehicle"]])
+        np.add.at(entries, piece["link"], weight[piece["vehicle"]])
     return pd.DataFrame(
         {
             "link_id": network.links["link_id"].astype(str).to_numpy(),
@@ -188,16 +193,15 @@ def _check_word(word: str, known: tuple[str, ...], argument: str) -> None:
         faults.raise_if_any()
 
 
-def _inside(times: pd.Series, between: tuple[float, float] | None) -> Booleans:
+def _inside(moments: Floats, between: tuple[float, float] | None) -> Booleans:
     """Whether each moment lies from the first of two on and before the second."""
     if between is None:
-        return np.ones(len(times), bool)
+        return np.ones(len(moments), bool)
     asked = numbers_of(between, "between")
     begin, end = asked if asked.shape == (2,) else (np.nan, np.nan)
     if not begin < end:
         faults = Faults()
         faults.add("must be an earlier and a later moment, s", column="between", value=between)
         faults.raise_if_any()
-    moments = times.to_numpy(float)
     inside: Booleans = (moments >= begin) & (moments < end)
     return inside

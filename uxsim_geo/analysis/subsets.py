@@ -108,16 +108,9 @@ def rows_of_links(network: Network, links: str | Iterable[str] | None) -> Intege
     return named_rows(links, pd.Index(network.links["link_id"].astype(str)), "links", streets)
 
 
-def link_rows(result: Result, network: Network) -> Integers:
-    """The row of the links table of every event; errors as of :func:`check_links`."""
-    check_links(result, network)
-    return pd.Categorical(result.events["link"]).codes.astype(np.int64, copy=False)
-
-
 def check_links(result: Result, network: Network) -> None:
     """Raise :class:`uxsim_geo.errors.InputError` if the events are of another network."""
-    link = pd.Categorical(result.events["link"])
-    if link.categories.astype(str).tolist() != network.links["link_id"].astype(str).tolist():
+    if result.log.link_ids.tolist() != network.links["link_id"].astype(str).tolist():
         faults = Faults("events")
         faults.add("its links are not those of the network: is it of another run?", column="link")
         faults.raise_if_any()

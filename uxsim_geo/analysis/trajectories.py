@@ -17,6 +17,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.analysis.samples import Samples, check_step, checked_moments, numbered_from, seen_at
 from uxsim_geo.analysis.subsets import check_links, chosen_vehicles, named_rows, names_of
 from uxsim_geo.analysis.table_size import MOST_SAMPLES, check_rows
@@ -64,8 +65,7 @@ def trajectories(  # noqa: PLR0913 -- three ways to choose, by keyword alone
     duration = result.settings.duration
     moments = _moments(times, step_s, duration)
     check_links(result, network)
-    passages = Passages.of(result, network)
-    rows = _chosen_passages(result, network, passages, vehicles, links)
+    passages, rows = _chosen_passages(result, network, vehicles, links)
     lines = None
     if "geometry" in network.links.columns:
         lines = LinkLines.of(network.links["geometry"].to_numpy())
@@ -141,16 +141,19 @@ def _moments(times: npt.ArrayLike | None, step_s: float | None, duration: float)
 def _chosen_passages(
     result: Result,
     network: Network,
-    passages: Passages,
     vehicles: npt.ArrayLike | None,
     links: str | Iterable[str] | None,
-) -> Integers:
-    """Rows of the passages of the chosen vehicles over the chosen links."""
-    chosen = chosen_vehicles(result.trips, vehicles)[passages.vehicle]
-    if links is not None:
-        known = pd.Index(network.links["link_id"].astype(str))
-        chosen &= np.isin(passages.link, named_rows(links, known, "links"))
-    return np.flatnonzero(chosen).astype(np.int64, copy=False)
+) -> tuple[Passages, Integers]:
+    """Passages, and which rows of them are of the chosen vehicles over the chosen links."""
+    meant = chosen_vehicles(result.trips, vehicles)
+    if links is None:
+        of_run = RunPassages(result, network)
+        passages = Passages.of(result, network) if vehicles is None else of_run.around(meant)
+        return passages, np.flatnonzero(meant[passages.vehicle])
+    known = pd.Index(network.links["link_id"].astype(str))
+    asked = named_rows(links, known, "links")
+    passages = Passages.of(result, network, asked)
+    return passages, np.flatnonzero(meant[passages.vehicle])
 
 
 def _columns(

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from uxsim_geo.analysis.network_states import trip_ends
-from uxsim_geo.analysis.subsets import chosen_vehicles, link_rows
+from uxsim_geo.analysis.subsets import check_links, chosen_vehicles
 from uxsim_geo.analysis.types import Floats, Integers
+from uxsim_geo.events import COLUMNS
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
 
@@ -40,17 +43,24 @@ def trip_routes(result: Result, *, vehicles: npt.ArrayLike | None = None) -> pd.
 
     Raises :class:`uxsim_geo.errors.InputError` if ``vehicles`` is empty or not among the trips.
     """
-    order = driving_order(result.events)
-    if vehicles is not None:
-        chosen = chosen_vehicles(result.trips, vehicles)
-        order = order[chosen[result.events["vehicle"].to_numpy()[order]]]
-    routes = result.events.iloc[order].reset_index(drop=True)
-    vehicle = routes["vehicle"].to_numpy()
+    chosen = None if vehicles is None else chosen_vehicles(result.trips, vehicles)
+    events = result.log.some(*COLUMNS, vehicles=chosen)
+    order = driving_order(events["vehicle"])
+    vehicle = events["vehicle"][order]
     rows = np.arange(len(vehicle))
     begins = np.concatenate(([True], vehicle[1:] != vehicle[:-1]))[: len(vehicle)]
     first = np.maximum.accumulate(np.where(begins, rows, 0))
-    routes.insert(1, "position", (rows - first).astype(np.int32))
-    return routes[["vehicle", "position", "link", "enter_s", "exit_s"]]
+    return pd.DataFrame(
+        {
+            "vehicle": vehicle,
+            "position": (rows - first).astype(np.int32),
+            "link": pd.Categorical.from_codes(
+                events["link"][order], categories=result.log.link_ids
+            ),
+            "enter_s": events["enter_s"][order],
+            "exit_s": events["exit_s"][order],
+        }
+    )
 
 
 def trip_summary(
@@ -83,17 +93,19 @@ def trip_summary(
     """
     trips, end = result.trips, result.settings.duration
     chosen = chosen_vehicles(trips, vehicles)
-    ends = trip_ends(result.events, trips)
+    ends = trip_ends(result)
     depart, enter = (trips[name].to_numpy(float) for name in ("depart_s", "enter_s"))
     until = np.where(depart > end, np.nan, np.where(np.isnan(ends), end, ends))
     completed = (trips["status"] == "completed").to_numpy()
     free_time = np.where(
         completed, trips["free_time_s"].to_numpy(float), free_time_of_the_driven(result, network)
     )
-    entered = np.bincount(result.events["vehicle"].to_numpy(), minlength=len(trips))
+    entered = np.zeros(len(trips), np.int32)
+    for piece in result.log.pieces("vehicle"):
+        entered += np.bincount(piece["vehicle"], minlength=len(trips)).astype(np.int32)
     table = trips[list(KEPT)].assign(
         end_s=ends,
-        links_entered=entered.astype(np.int32),
+        links_entered=entered,
         origin_wait_s=np.where(np.isnan(enter), until, enter) - depart,
         travel_time_so_far_s=until - depart,
         delay_so_far_s=until - depart - free_time,
@@ -107,27 +119,26 @@ def free_time_of_the_driven(result: Result, network: Network) -> Floats:
     L/u of the links it has left, and of the link it is on the rest of its distance over u. Free
     flow is that of the links without control.
     """
-    row, events = link_rows(result, network), result.events
-    length, speed = (network.links[name].to_numpy(float)[row] for name in ("length", "free_speed"))
-    vehicle = events["vehicle"].to_numpy()
-    on_it = np.isnan(events["exit_s"].to_numpy(float))
-
-    def by_trip(values: Floats) -> Floats:
-        sums = np.bincount(vehicle[~on_it], values[~on_it], minlength=len(result.trips))
-        return sums.astype(np.float64, copy=False)
-
-    free_time = by_trip(length / speed)
-    last = vehicle[on_it]
-    rest = result.trips["distance_m"].to_numpy(float)[last] - by_trip(length)[last]
+    check_links(result, network)
+    length, speed = (network.links[name].to_numpy(float) for name in ("length", "free_speed"))
+    trips = len(result.trips)
+    free_time, metres, speed_now = np.zeros(trips), np.zeros(trips), np.full(trips, np.nan)
+    for piece in result.log.pieces("vehicle", "link", "exit_s"):
+        left = ~np.isnan(piece["exit_s"])
+        vehicle, link = piece["vehicle"][left], piece["link"][left]
+        np.add.at(free_time, vehicle, (length / speed)[link])
+        np.add.at(metres, vehicle, length[link])
+        speed_now[piece["vehicle"][~left]] = speed[piece["link"][~left]]
+    on_it = np.flatnonzero(~np.isnan(speed_now))
+    rest = result.trips["distance_m"].to_numpy(float)[on_it] - metres[on_it]
     # the two distances are sums in different orders
-    free_time[last] += np.maximum(rest, 0.0) / speed[on_it]
+    free_time[on_it] += np.maximum(rest, 0.0) / speed_now[on_it]
     return free_time
 
 
-def driving_order(events: pd.DataFrame) -> Integers:
-    """Rows of the events by vehicle and then by entry.
+def driving_order(vehicle: npt.NDArray[Any]) -> Integers:
+    """Rows of events by ``vehicle``, and then by entry.
 
     They come in the order of the exits, those without an exit last, which every vehicle keeps.
     """
-    order = np.argsort(events["vehicle"].to_numpy(), kind="stable")
-    return order.astype(np.int64, copy=False)
+    return np.argsort(vehicle, kind="stable").astype(np.int64, copy=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.bins import bin_edges, bin_of
 from uxsim_geo.analysis.groups import Groups
-from uxsim_geo.analysis.subsets import chosen_vehicles, link_rows, names_of
+from uxsim_geo.analysis.subsets import check_links, chosen_vehicles, names_of
 from uxsim_geo.analysis.trips import driving_order
 from uxsim_geo.analysis.types import Booleans, Floats, Integers
 from uxsim_geo.network.network import Network
@@ -37,13 +38,20 @@ def turning_counts(
     among the trips, or if the result is of another network.
     """
     edges = None if bin_s is None else bin_edges(result.settings.duration, bin_s)
-    moves = _moves(result, network, chosen_vehicles(result.trips, vehicles))
-    slices = np.zeros(len(moves.time), np.int64) if edges is None else bin_of(moves.time, edges)
-    inside = slices >= 0
+    chosen = chosen_vehicles(result.trips, vehicles)
+    weight = result.trips["vehicles"].to_numpy(float)
     node = _end_nodes(network)
     by_node = np.argsort(node, kind="stable")
-    keys = (np.argsort(by_node)[moves.from_link], moves.to_link, slices)
-    groups = Groups.of(*(key[inside] for key in keys))
+    rank = np.argsort(by_node)
+    keys, made = [np.empty((3, 0), np.int64)], [np.empty(0)]
+    for moves in _moves(result, network, chosen):
+        slices = np.zeros(len(moves.time), np.int64) if edges is None else bin_of(moves.time, edges)
+        inside = slices >= 0
+        own = (rank[moves.from_link], moves.to_link, slices)
+        groups = Groups.of(*(key[inside] for key in own))
+        keys.append(np.stack(groups.keys))
+        made.append(groups.total(weight[moves.vehicle[inside]]))
+    groups = Groups.of(*np.concatenate(keys, axis=1))
     from_link = by_node[groups.keys[0]]
     link_ids = network.links["link_id"]
     table: dict[str, Any] = {
@@ -54,8 +62,7 @@ def turning_counts(
     if edges is not None:
         slice_ = groups.keys[2]
         table |= {"begin_s": edges[slice_], "end_s": edges[slice_ + 1]}
-    weight = result.trips["vehicles"].to_numpy(float)[moves.vehicle[inside]]
-    return pd.DataFrame(table | {"vehicles": groups.total(weight)})
+    return pd.DataFrame(table | {"vehicles": groups.total(np.concatenate(made))})
 
 
 class _Moves(NamedTuple):
@@ -70,16 +77,21 @@ class _Moves(NamedTuple):
     time: Floats
 
 
-def _moves(result: Result, network: Network, chosen: Booleans) -> _Moves:
-    """All moves of the chosen trips."""
-    events = result.events
-    link = link_rows(result, network)
-    order = driving_order(events)
-    vehicle = events["vehicle"].to_numpy(np.int64)[order]
-    before = np.flatnonzero((vehicle[1:] == vehicle[:-1]) & chosen[vehicle[1:]])
-    came_from, went_to = order[before], order[before + 1]
-    time = events["exit_s"].to_numpy(float)[came_from]
-    return _Moves(vehicle[before], link[came_from], link[went_to], time)
+def _moves(result: Result, network: Network, chosen: Booleans) -> Iterator[_Moves]:
+    """All moves of the chosen trips, by pieces of the events: each ends where a link is entered."""
+    check_links(result, network)
+    link_before = np.full(len(chosen), -1, np.int64)  # of each trip, as below
+    left = np.full(len(chosen), np.nan)
+    for piece in result.log.pieces("vehicle", "link", "exit_s"):
+        order = driving_order(piece["vehicle"])
+        vehicle, link, leave = (piece[name][order] for name in ("vehicle", "link", "exit_s"))
+        begins = np.concatenate(([True], vehicle[1:] != vehicle[:-1]))
+        came_from = np.where(begins, link_before[vehicle], np.roll(link, 1))
+        time = np.where(begins, left[vehicle], np.roll(leave, 1))
+        last = np.roll(begins, -1)
+        link_before[vehicle[last]], left[vehicle[last]] = link[last], leave[last]
+        moved = chosen[vehicle] & (came_from >= 0)
+        yield _Moves(*(values[moved] for values in (vehicle, came_from, link, time)))
 
 
 def _end_nodes(network: Network) -> Integers:

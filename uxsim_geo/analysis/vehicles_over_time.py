@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.analysis.network_states import vehicle_counts
+from uxsim_geo.analysis.network_states import trip_ends, vehicle_counts
 from uxsim_geo.analysis.samples import checked_moments
 from uxsim_geo.analysis.subsets import chosen_vehicles
 from uxsim_geo.result import Result
@@ -29,9 +28,6 @@ def vehicles_over_time(
     moments = checked_moments(times, result.settings.duration)
     chosen = chosen_vehicles(result.trips, vehicles)
     trips = result.trips[chosen].reset_index(drop=True)
-    vehicle = result.events["vehicle"].to_numpy()
-    number = np.cumsum(chosen) - 1
-    events = result.events.assign(vehicle=number[vehicle])[chosen[vehicle]]
-    counts = vehicle_counts(events, trips, moments)
+    counts = vehicle_counts(trips, trip_ends(result)[chosen], moments)
     counts.insert(1, "demanded", float(trips["vehicles"].sum()))
     return counts

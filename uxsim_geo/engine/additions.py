@@ -15,9 +15,12 @@ from uxsim_geo.engine.arrays import (
     destinations_of,
     origin_platoons,
     origin_queues,
+    set_origins,
     trips_of,
 )
+from uxsim_geo.engine.history import empty_memory
 from uxsim_geo.engine.records import World
+from uxsim_geo.engine.slots import give_slots
 from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.settings import Settings
@@ -42,13 +45,16 @@ def platoons_to_add(demand: Demand, settings: Settings, platoons: Platoons, now:
 
 
 def add_platoons(
-    world: World, added: Platoons, wishes: Wishes, network: Network
+    world: World, added: Platoons, wishes: Wishes, network: Network, rank: Ints
 ) -> tuple[World, Ints]:
-    """Put platoons into a world that runs; also gives the queues of their origins."""
+    """Put platoons into a world that runs; also gives the queues of their origins.
+
+    ``rank`` is by which nodes are best ordered, (nodes,).
+    """
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
     node_of_code = node_ids.get_indexer(pd.Index(added.node_ids)).astype(np.int64)
     first_trip, before = world.log.trip.size, _destination_of_trips(world)
-    world, destination = _with_destinations(world, wishes, len(node_ids))
+    world, destination = _with_destinations(world, wishes, rank)
     outstanding = weighted_counts(
         destination, added.vehicles.astype(float), world.routes.destination.size
     )
@@ -57,9 +63,10 @@ def add_platoons(
     table["known"][table["outstanding"] == 0] = 0
     table["outstanding"] += outstanding.astype(np.int64)
     trips = np.concatenate([world.log.trip, trips_of(added, node_of_code, wishes)])
+    keys = np.concatenate([world.log.key, added.key])
     world = world._replace(
         routes=world.routes._replace(given=wishes.given.astype(np.int32)),
-        log=world.log._replace(trip=trips),
+        log=world.log._replace(trip=trips, key=keys),
     )
     world = _with_trips_by_destination(world, np.concatenate([before, destination]))
     node = node_of_code[added.origin]
@@ -68,18 +75,22 @@ def add_platoons(
     return _with_platoons_at_home(world, home, node)
 
 
-def _with_destinations(world: World, wishes: Wishes, nodes: int) -> tuple[World, Ints]:
+def _with_destinations(world: World, wishes: Wishes, rank: Ints) -> tuple[World, Ints]:
     """Add the destinations that are new; also gives that of every platoon."""
     routes = world.routes
-    wanted, own = destinations_of(wishes, nodes, routes.driver.size)
+    wanted, own = destinations_of(wishes, rank.size, routes.driver.size)
     known = {_identity(one): place for place, one in enumerate(routes.destination[:-1])}
     place_of = np.array(
         [known.setdefault(_identity(one), len(known)) for one in wanted[:-1]], np.int64
     )
     new = np.flatnonzero(place_of >= routes.destination.size - 1)
     table = np.concatenate([routes.destination[:-1], wanted[new], routes.destination[-1:]])
-    weight = np.concatenate([routes.weight, np.zeros((new.size, routes.arc.size), np.float32)])
-    return world._replace(routes=routes._replace(destination=table, weight=weight)), place_of[own]
+    batches, count = give_slots(table[:-1], rank), len(routes.worth)
+    history, weight = empty_memory(batches, routes.arc.size, count)
+    history[: len(routes.history)] = routes.history
+    weight[: len(routes.weight)] = routes.weight
+    routes = routes._replace(destination=table, history=history, weight=weight)
+    return world._replace(routes=routes), place_of[own]
 
 
 def _identity(destination: Records) -> tuple[int, int, int]:
@@ -117,9 +128,9 @@ def _with_platoons_at_home(world: World, home: Records, node: Ints) -> tuple[Wor
         at_home = pool[one["base"] + one["left"] : one["base"] + one["entered"]]
         ring = np.concatenate([at_home, home[node == one["end_node"]]])
         ring = ring[np.argsort(ring["enter"], kind="stable")]
-        queue["base"][q], queue["mask"][q] = used - one["left"], np.iinfo(np.int64).max
+        queue["base"][q], queue["mask"][q] = used - one["left"], np.iinfo(np.int32).max
         queue["entered"][q] = one["left"] + ring.size
-        queue["hole"][q], queue["hole_vehicles"][q] = one["left"], one["vehicles_left"]
+        queue["next_hole"][q], queue["hole_vehicles"][q] = one["left"], one["vehicles_left"]
         rings.append(ring)
         used += ring.size
     rings_in_row = np.concatenate(rings)
@@ -140,9 +151,5 @@ def _with_origins(world: World, nodes: Ints) -> World:
         return world
     queue = np.concatenate([links.queue, origin_queues(missing)])
     node = routes.node.copy()
-    ordered = np.sort(queue["end_node"], kind="stable")
-    node["first_in"] = np.searchsorted(ordered, np.arange(node.size))
-    return world._replace(
-        links=links._replace(queue=queue),
-        routes=routes._replace(node=node, into=np.argsort(queue["end_node"], kind="stable")),
-    )
+    set_origins(node, queue, count)
+    return world._replace(links=links._replace(queue=queue), routes=routes._replace(node=node))

@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from uxsim_geo.control.levers import Levers
 from uxsim_geo.control.site import Site
-from uxsim_geo.engine.loop import avoid, refresh
+from uxsim_geo.engine.loop import refresh
 from uxsim_geo.engine.plans import Plans
 from uxsim_geo.engine.population import Drivers
 from uxsim_geo.engine.records import Queues, World
+from uxsim_geo.engine.router import Router
 
 #: s: what a closed link costs at least, so that it is chosen only where there is no other way
 _CLOSED_COST = 86_400.0
@@ -103,8 +104,9 @@ class Application:
         self._distance_cost = distance * site.length[row_of_link]
         self._follows = np.array([one.compliant for one in drivers], float)[:, None]
 
-    def start(self, world: World, levers: Levers) -> None:
-        """Put in what holds before the first step."""
+    def start(self, world: World, levers: Levers, router: Router) -> None:
+        """Put in what holds before the first step; ``router`` finds other ways later on."""
+        self._router = router
         world.routes.extra[...] = self._extra_costs(levers)
 
     def apply(
@@ -151,6 +153,7 @@ class Application:
             capacity = np.minimum(getattr(levers, f"{gate.field}_capacity")[order], most)
             closed = getattr(levers, f"{gate.field}_closed")[order]
             changed[gate.field] = gate.set(link, capacity, closed, time)
+        link["room_for"] = 0
         _refresh(world, changed["exit"])
 
     def _set_node_capacities(self, node: Records, levers: Levers, time: float) -> Ints:
@@ -174,8 +177,7 @@ class Application:
         )
         if newly.any():
             links = np.ascontiguousarray(newly[:, self.row_of_link].astype(np.uint8))
-            with np.errstate(over="ignore"):  # hashes overflow by design; seen without the JIT only
-                avoid(world, links)
+            self._router.turn_away(world, links)
 
     def _banned(self, levers: Levers) -> npt.NDArray[np.bool_]:
         """Say which links which drivers may not use; shape (drivers, links)."""

@@ -12,8 +12,11 @@ import pandas as pd
 from uxsim_geo.demand.platoons import Floats, Ints, Platoons
 from uxsim_geo.draws import text_keys
 from uxsim_geo.engine import records
+from uxsim_geo.engine.history import bytes_needed, empty_memory, worth_of_bytes
 from uxsim_geo.engine.population import weight_of_update
 from uxsim_geo.engine.records import PLATOON, Calendar, Links, Log, Routes, World
+from uxsim_geo.engine.router import Router
+from uxsim_geo.engine.slots import give_slots
 from uxsim_geo.engine.ways import arc_records, incoming_records, vertex_records
 from uxsim_geo.network.diagram import effective_capacity, storage
 from uxsim_geo.network.network import Network
@@ -44,6 +47,12 @@ class Wishes:
     route: Ints
     given: Ints
 
+    @property
+    def destinations(self) -> int:
+        """How many different destinations of the same drivers are chosen ways to."""
+        pairs = np.stack([self.driver, self.destination])[:, self.route < 0]
+        return int(np.unique(pairs, axis=1).shape[1])
+
 
 def build_world(
     network: Network,
@@ -52,10 +61,11 @@ def build_world(
     drivers: Records,
     settings: Settings,
     *,
-    paths: Paths,
+    router: Router,
     sleep: bool,
 ) -> World:
     """Build all records of a run; links stand in the order of :func:`order_of_links`."""
+    paths = router.paths
     node_ids = pd.Index(network.nodes["node_id"].astype(str))
     row_of_link = order_of_links(paths)
     links = network.links.iloc[row_of_link]
@@ -63,18 +73,20 @@ def build_world(
     node_of_code = node_ids.get_indexer(pd.Index(platoons.node_ids)).astype(np.int64)
     origins, queue_of_platoon = np.unique(node_of_code[platoons.origin], return_inverse=True)
     destinations, destination = destinations_of(wishes, len(node_ids), drivers.size)
+    batches = give_slots(destinations[:-1], router.rank)
 
     road = _roads(links, settings)
     queue = _queues(links, road, origins, settings)
     queue["end_node"][: len(links)] = ends
     home = origin_platoons(platoons, destination, paths.first[node_of_code[platoons.origin]])
     platoon = _fill_origins(queue, home, queue_of_platoon, settings.platoon_size)
-    largest_link = int(np.max(queue["storage"][: len(links)], initial=0.0)) + 1
     steps = int(np.ceil(settings.duration / settings.step - 1e-9))
     pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
     rows = int(drivers["rows"].sum())
     arc = arc_records(paths, row_of_link)
     incoming = incoming_records(paths, arc)
+    worth = worth_of_updates(settings)
+    history, weight = empty_memory(batches, arc.size, len(worth))
     world = World(
         links=Links(
             clock=_clock(settings, len(links), sleep=sleep),
@@ -84,13 +96,14 @@ def build_world(
         ),
         routes=Routes(
             road=road,
-            node=_nodes(paths, queue["end_node"]),
-            into=np.argsort(queue["end_node"], kind="stable"),
+            node=_nodes(paths, queue, len(links)),
             vertex=vertex_records(paths, arc, incoming),
             arc=arc,
             incoming=incoming,
             destination=_count_trips(destinations, destination, platoons.vehicles),
-            weight=np.zeros((destinations.size - 1, arc.size), np.float32),
+            history=history,
+            worth=worth,
+            weight=weight,
             driver=drivers,
             observed=np.zeros((rows, len(links))),
             extra=np.zeros((drivers.size, len(links))),
@@ -98,10 +111,16 @@ def build_world(
             trail=np.empty(0, records.VISITED),
             heap=np.empty(2 * (arc.size + paths.node.size), np.int64),
         ),
-        calendar=Calendar(np.full(steps, -1, np.int32), pending, pending.view(np.uint64)),
+        calendar=Calendar(
+            bucket=np.full(steps, -1, np.int32),
+            candidate=np.empty(_most_in(ends) + 1, np.int32),
+            pending=pending,
+            pending_words=pending.view(np.uint64),
+        ),
         log=Log(
             trip=trips_of(platoons, node_of_code, wishes),
-            event=np.empty(max(_EVENT_BUFFER, largest_link), records.EVENT),
+            key=platoons.key,
+            event=np.empty(_EVENT_BUFFER, records.EVENT),
             trips_by_destination=np.argsort(destination, kind="stable").astype(np.int32),
         ),
     )
@@ -110,9 +129,16 @@ def build_world(
     return world
 
 
+def _most_in(end_nodes: Ints) -> int:
+    return int(np.bincount(end_nodes).max(initial=0))
+
+
 def order_of_links(paths: Paths) -> Ints:
-    """Return the rows of the links table in the order of the engine: by the node they start at."""
-    return np.argsort(paths.start, kind="stable").astype(np.int64)
+    """Return the rows of the links table in the order of the engine: by the node they end at.
+
+    Links to one node are ordered by the node they start at.
+    """
+    return np.lexsort((paths.start, paths.end)).astype(np.int64)
 
 
 def _roads(links: pd.DataFrame, settings: Settings) -> Records:
@@ -141,7 +167,7 @@ def _queues(links: pd.DataFrame, road: Records, origins: Ints, settings: Setting
     link["key"] = text_keys(links["link_id"].astype(str))
     link["base"] = np.arange(count) * _FIRST_RING
     link["mask"] = _FIRST_RING - 1
-    link["hole"] = -1
+    link["hole"] = link["next_hole"] = -1
     return queue
 
 
@@ -166,7 +192,6 @@ def origin_platoons(
 ) -> Records:
     """Make the records of platoons at home, where they begin; their trips follow one another."""
     home = np.empty(platoons.depart.size, PLATOON)
-    home["key"] = platoons.key
     home["enter"] = home["exit"] = platoons.depart
     home["trip"] = first_trip + np.arange(home.size)
     home["destination"] = destination
@@ -185,23 +210,28 @@ def _fill_origins(queue: Records, home: Records, queue_of_platoon: Ints, size: i
     counts = np.bincount(queue_of_platoon)
     links = queue.size - counts.size
     room = links * _FIRST_RING
-    pool = np.empty(room + order.size + _spare_places(queue["storage"][:links], size), PLATOON)
+    most = np.minimum(queue["storage"][:links] / size, order.size)
+    pool = np.empty(room + order.size + _spare_places(most), PLATOON)
     pool[room : room + order.size] = home[order]
     origin = queue[links:]
     first = np.cumsum(counts) - counts
     origin["base"] = room + first
-    origin["mask"] = np.iinfo(np.int64).max
+    origin["mask"] = np.iinfo(np.int32).max
     origin["entered"] = counts
-    origin["ready"] = origin["due"] = pool["enter"][room + first]
+    of_first = pool[room + first]
+    origin["ready"] = origin["due"] = of_first["enter"]
+    for name in ("trip", "vehicles", "vertex", "destination"):
+        origin[name] = of_first[name]
     return pool
 
 
-def _spare_places(storage: Floats, size: int) -> int:
-    """Count the places that rings take as they grow, should all links fill with full platoons.
+def _spare_places(most: Floats) -> int:
+    """Count the places that rings take as they grow, should links fill with so many platoons each.
 
-    Memory that is never touched costs nothing, and the pool is widened where platoons are smaller.
+    Memory that is never touched costs nothing, and the pool is widened where platoons are smaller
+    or come to the same link again.
     """
-    longest = np.exp2(np.ceil(np.log2(storage / size + 3)))
+    longest = np.exp2(np.ceil(np.log2(most + 3)))
     return int(2 * longest.sum())
 
 
@@ -217,12 +247,18 @@ def trips_of(platoons: Platoons, node_of_code: Ints, wishes: Wishes) -> Records:
     return trip
 
 
-def _nodes(paths: Paths, end_nodes: Ints) -> Records:
+def _nodes(paths: Paths, queue: Records, links: int) -> Records:
     node = np.zeros(paths.first.size, records.NODE)
-    numbers = np.arange(node.size)
-    node["first_in"] = np.searchsorted(np.sort(end_nodes, kind="stable"), numbers)
+    node["first_in"] = np.searchsorted(queue["end_node"][:links], np.arange(node.size))
     node["first_vertex"] = paths.first
+    set_origins(node, queue, links)
     return node
+
+
+def set_origins(node: Records, queue: Records, links: int) -> None:
+    """Tell every node its origin."""
+    node["origin"] = -1
+    node["origin"][queue["end_node"][links:]] = np.arange(links, queue.size)
 
 
 def destinations_of(wishes: Wishes, nodes: int, drivers: int) -> tuple[Records, Ints]:
@@ -234,6 +270,7 @@ def destinations_of(wishes: Wishes, nodes: int, drivers: int) -> tuple[Records, 
     code = (is_given * drivers + wishes.driver) * nodes + wishes.destination
     codes, destination = np.unique(code, return_inverse=True)
     table = np.zeros(codes.size + 1, records.DESTINATION)
+    table["slot"] = -1
     table["node"][:-1] = codes % max(nodes, 1)
     table["driver"][:-1] = codes // max(nodes, 1) % drivers
     table["given"][:-1] = codes // max(nodes * drivers, 1)
@@ -244,6 +281,13 @@ def _count_trips(table: Records, destination: Ints, vehicles: Ints) -> Records:
     table["outstanding"][:-1] = np.bincount(destination, vehicles)
     table["first_trip"][1:] = np.cumsum(np.bincount(destination))
     return table
+
+
+def worth_of_updates(settings: Settings) -> Floats:
+    """Return what bytes of the history are worth; without rows where weights are kept instead."""
+    share = weight_of_update(settings)
+    count = bytes_needed(share, is_logit=settings.route_choice == "logit")
+    return worth_of_bytes(share, count)
 
 
 def _clock(settings: Settings, links: int, *, sleep: bool) -> Records:

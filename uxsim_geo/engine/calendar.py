@@ -12,23 +12,30 @@ import math
 import numpy as np
 
 from uxsim_geo.engine.choice import may_choose
-from uxsim_geo.engine.link import is_origin, next_green, opening_bound, platoon_at
+from uxsim_geo.engine.link import is_origin, next_green, opening_bound
 from uxsim_geo.engine.records import Queues, World, kernel
 
 
 @kernel
 def wait(w: World, q, step, horizon):
-    """List queue q in the calendar for the step in which its first platoon is to be seen next."""
+    """List queue q, after a visit, for the step in which its first platoon is to be seen next."""
     queue, clock = w.links.queue[q], w.links.clock[0]
-    if queue["ready"] == math.inf or queue["listed_step"] >= 0:
+    if queue["listed_step"] >= 0:
         return
-    target = step_of(clock, queue["ready"])
-    if queue["ready"] < horizon:
-        target = step + 1
-        if clock["sleep"]:
-            queue["due"] = sleep_until(w, queue)
-            target = step_of(clock, queue["due"])
-    list_for(w, q, max(target, step + 1))
+    if queue["ready"] >= horizon:
+        await_ready(w, q, step)
+    elif clock["sleep"]:
+        queue["due"] = sleep_until(w, queue)
+        list_for(w, q, max(step_of(clock, queue["due"]), step + 1))
+    else:
+        list_for(w, q, step + 1)
+
+
+@kernel
+def await_ready(w: World, q, step):
+    """List queue q for the step in which its first platoon is ready, a later one than this."""
+    if w.links.queue[q]["ready"] < math.inf:
+        list_for(w, q, max(step_of(w.links.clock[0], w.links.queue[q]["ready"]), step + 1))
 
 
 @kernel
@@ -39,14 +46,13 @@ def sleep_until(w: World, queue):
     or change from outside. Rounding must not make it too late: it is put a hair too early.
     """
     clock, node = w.links.clock[0], w.routes.node[queue["end_node"]]
-    platoon = platoon_at(w.links, queue, queue["left"])
     latest = min(clock["update_step"], clock["control_step"]) * clock["step_length"]
     bound = latest
-    v = platoon["vertex"]
+    v = queue["vertex"]
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
         if may_choose(w, queue, arc):
             link = np.int64(w.routes.arc[arc]["link"])
-            opens, _ = opening_bound(w.links, link, platoon["vehicles"])
+            opens, _ = opening_bound(w.links, link, queue["vehicles"])
             bound = min(bound, opens)
     if node["headway"] > 0.0 and not is_origin(queue):
         bound = max(bound, node["open"])

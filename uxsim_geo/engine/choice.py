@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from uxsim_geo.engine.link import platoon_at
+from uxsim_geo.engine.history import weight_at
 from uxsim_geo.engine.random import CHOICE, draw
 from uxsim_geo.engine.records import ARRIVE, DEAD_END, NOTHING, World, kernel, spliced
 
@@ -18,39 +16,45 @@ def choose(w: World, q, step):
     platoon that never had but one out-link has always wanted that.
     """
     queue = w.links.queue[q]
-    platoon = platoon_at(w.links, queue, queue["left"])
-    destination = platoon["destination"]
+    destination = queue["destination"]
     before, unbroken = queue["choice"], queue["chosen_step"] == step - 1
     queue["chosen_step"] = step
     if w.routes.destination[destination]["node"] == queue["end_node"]:
         queue["choice"] = ARRIVE
         return
     if w.routes.destination[destination]["given"]:
-        want(w, queue, w.routes.given[w.log.trip[platoon["trip"]]["route"]])
+        want(w, queue, w.routes.given[first_trip(w, queue)["route"]])
         queue["since_step"] = -1
         return
-    options = draw_arc(w, queue, platoon, step)
+    options = draw_arc(w, queue, step)
     if options <= 1 and before == NOTHING:
         queue["since_step"] = -1
     elif queue["choice"] != before or (options > 1 and not unbroken):
         queue["since_step"] = step
 
 
+@kernel
+def first_trip(w: World, queue):
+    """Give the trip of the first platoon of a queue."""
+    return w.log.trip[queue["trip"]]
+
+
 @spliced
-def draw_arc(w: World, queue, platoon, step):
-    """Draw the arc of a platoon that chooses; gives how many it has to choose from."""
-    clock, v, destination = w.links.clock[0], platoon["vertex"], platoon["destination"]
-    trail = w.log.trip[platoon["trip"]]["trail"] if clock["no_cycles"] else -1
+def draw_arc(w: World, queue, step):
+    """Draw the arc of a first platoon that chooses; gives how many it has to choose from."""
+    clock, v = w.links.clock[0], queue["vertex"]
+    slot = w.routes.destination[queue["destination"]]["slot"]
+    trail = first_trip(w, queue)["trail"] if clock["no_cycles"] else -1
     while True:
-        total, options, arc = add_up_weights(w, v, destination, trail)
+        total, options, arc = add_up_weights(w, v, slot, trail)
         if options > 0 or trail < 0:
             break
         trail = -1  # it has been everywhere: then that does not count
     if options > 1:
         mark = -1.0
         if not clock["deterministic"]:
-            mark = total * draw(platoon["key"], queue["key"], CHOICE, step)
-        arc = pick(w, v, destination, trail, mark)
+            mark = total * draw(w.log.key[queue["trip"]], queue["key"], CHOICE, step)
+        arc = pick(w, v, slot, trail, mark)
     want(w, queue, arc)
     return options
 
@@ -63,11 +67,11 @@ def want(w: World, queue, arc):
 
 
 @kernel
-def weight_of(w: World, destination, arc, trail):
+def weight_of(w: World, slot, arc, trail):
     """Give the weight of an arc for a trip that has left this trail; none where it would return."""
-    weight = w.routes.weight[destination, arc]
+    weight = weight_at(w.routes, slot, arc)
     if trail >= 0 and weight > 0.0 and was_visited(w, w.routes.arc[arc]["head"], trail):
-        return np.float32(0.0)
+        return 0.0
     return weight
 
 
@@ -84,19 +88,18 @@ def was_visited(w: World, v, trail):
 @kernel
 def may_choose(w: World, queue, arc):
     """Whether the first platoon of a queue may choose this arc, in this step or a later."""
-    platoon = platoon_at(w.links, queue, queue["left"])
-    destination = platoon["destination"]
-    if w.routes.destination[destination]["given"]:
-        return w.routes.given[w.log.trip[platoon["trip"]]["route"]] == arc
-    return w.routes.weight[destination, arc] > 0.0
+    destination = w.routes.destination[queue["destination"]]
+    if destination["given"]:
+        return w.routes.given[first_trip(w, queue)["route"]] == arc
+    return weight_at(w.routes, destination["slot"], arc) > 0.0
 
 
 @kernel
-def add_up_weights(w: World, v, destination, trail):
+def add_up_weights(w: World, v, slot, trail):
     """Sum the weights of the arcs from vertex v; how many have any, and the last of them."""
     total, options, only = 0.0, 0, DEAD_END
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
-        weight = weight_of(w, destination, arc, trail)
+        weight = weight_of(w, slot, arc, trail)
         if weight > 0.0:
             total += weight
             options += 1
@@ -105,14 +108,14 @@ def add_up_weights(w: World, v, destination, trail):
 
 
 @kernel
-def pick(w: World, v, destination, trail, mark):
+def pick(w: World, v, slot, trail, mark):
     """Give the arc in whose share of the summed weights the mark lies.
 
     A mark below 0 picks the heaviest, of several the first.
     """
     picked, passed, heaviest = DEAD_END, 0.0, 0.0
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
-        weight = weight_of(w, destination, arc, trail)
+        weight = weight_of(w, slot, arc, trail)
         if weight > 0.0 and mark >= 0.0:
             picked = arc
             passed += weight

@@ -9,7 +9,6 @@ import numpy as np
 from uxsim_geo.engine.choice import may_choose
 from uxsim_geo.engine.link import advance_wave, opening, platoon_at, position
 from uxsim_geo.engine.records import World, kernel, spliced
-from uxsim_geo.engine.routes import find_free_flow_times
 
 
 @spliced
@@ -17,7 +16,6 @@ def finish_run(w: World):
     """End a run; False: the buffer of events is full, call again once it has room."""
     if w.links.clock[0]["swept"] == 0:  # not when called again
         find_locked(w)
-        find_free_flow_times(w)
     return write_remaining(w)
 
 
@@ -81,12 +79,11 @@ def find_locked(w: World):
 @kernel
 def may_move(w: World, queue):
     """Whether the first platoon of a queue has a way on that is open or may open."""
-    platoon = platoon_at(w.links, queue, queue["left"])
-    v, ways = platoon["vertex"], False
+    v, ways = queue["vertex"], False
     for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
         if may_choose(w, queue, arc):
             ways, link = True, np.int64(w.routes.arc[arc]["link"])
-            closed = opening(w.links, link, platoon["vehicles"]) == math.inf
+            closed = opening(w.links, link, queue["vehicles"]) == math.inf
             if not (closed and w.links.queue[link]["locked"]):
                 return True
-    return not ways or w.routes.destination[platoon["destination"]]["node"] == queue["end_node"]
+    return not ways or w.routes.destination[queue["destination"]]["node"] == queue["end_node"]

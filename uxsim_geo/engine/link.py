@@ -71,10 +71,22 @@ def opening_bound(links: Links, q, vehicles):
     It is certain where all exits that matter have happened; then the link opens at that time.
     """
     queue = links.queue[q]
+    if queue["room_for"] == vehicles:
+        return max(queue["entry_open"], queue["room"]), True
+    room, certain = room_bound(links, queue, vehicles)
+    if certain:
+        queue["room"], queue["room_for"] = room, vehicles
+    return max(queue["entry_open"], room), certain
+
+
+@kernel
+def room_bound(links: Links, queue, vehicles):
+    """Time before which a link has no room for so many more vehicles, and whether it is certain."""
     surplus = queue["vehicles_entered"] - queue["storage"]
     if surplus + vehicles <= 0.0:
-        return queue["entry_open"], True
-    previous, before = find_exit(links, queue, queue["hole"], queue["hole_vehicles"], surplus)
+        return -math.inf, True
+    previous, before = find_exit(links, queue, queue["next_hole"], queue["hole_vehicles"], surplus)
+    queue["next_hole"], queue["hole_vehicles"] = previous, before
     number = previous + 1
     leaves = exit_bound(links, queue, number, before)
     hole = leaves + surplus * queue["exit_headway"]
@@ -86,8 +98,7 @@ def opening_bound(links: Links, q, vehicles):
     if last > number:
         own = platoon_at(links, queue, last)["vehicles"]
         leaves = exit_bound(links, queue, last, passed - own)
-    time = max(queue["entry_open"], leaves, hole + queue["hole_time"])
-    return time, max(last, number) < queue["left"]
+    return max(leaves, hole + queue["hole_time"]), max(last, number) < queue["left"]
 
 
 @kernel
@@ -117,26 +128,33 @@ def next_green(links: Links, queue, time):
 
 @kernel
 def look_at_first(links: Links, queue):
-    """Set when the first platoon is ready, and forget what the one before it wanted."""
-    queue["ready"] = math.inf
-    if queue["left"] < queue["entered"]:
-        first = platoon_at(links, queue, queue["left"])
-        queue["ready"] = max(first["exit"], queue["exit_open"])
-    queue["due"] = queue["ready"]
+    """Set who is first and when it is ready, and forget what the one before it wanted."""
+    see_first(links, queue)
     queue["choice"] = NOTHING
     queue["chosen_step"] = -1
     queue["lost"] = 0
 
 
 @kernel
+def see_first(links: Links, queue):
+    """Set who is the first platoon of a queue, and when it is ready."""
+    queue["ready"] = math.inf
+    if queue["left"] < queue["entered"]:
+        first = platoon_at(links, queue, queue["left"])
+        queue["ready"] = max(first["exit"], queue["exit_open"])
+        queue["trip"], queue["vehicles"] = first["trip"], first["vehicles"]
+        queue["vertex"], queue["destination"] = first["vertex"], first["destination"]
+    queue["due"] = queue["ready"]
+
+
+@kernel
 def leave(links: Links, q, time):
     """Let the first platoon of queue q leave at this time."""
     queue = links.queue[q]
-    platoon = platoon_at(links, queue, queue["left"])
-    platoon["exit"] = time
+    platoon_at(links, queue, queue["left"])["exit"] = time
     queue["left"] += 1
-    queue["vehicles_left"] += platoon["vehicles"]
-    queue["exit_open"] = time + platoon["vehicles"] * queue["exit_headway"]
+    queue["vehicles_left"] += queue["vehicles"]
+    queue["exit_open"] = time + queue["vehicles"] * queue["exit_headway"]
     look_at_first(links, queue)
 
 
@@ -147,11 +165,8 @@ def enter(links: Links, q, platoon, vertex, time):
     `vertex` is the one to which it comes at the end of the link.
     """
     queue = links.queue[q]
-    surplus = queue["vehicles_entered"] - queue["storage"]
-    hole, passed = find_exit(links, queue, queue["hole"], queue["hole_vehicles"], surplus)
-    queue["hole"], queue["hole_vehicles"] = hole, passed
+    queue["hole"] = queue["next_hole"]
     place = platoon_at(links, queue, queue["entered"])
-    place["key"] = platoon["key"]
     place["trip"] = platoon["trip"]
     place["destination"] = platoon["destination"]
     place["vehicles"] = platoon["vehicles"]
@@ -162,6 +177,7 @@ def enter(links: Links, q, platoon, vertex, time):
     queue["entered"] += 1
     queue["vehicles_entered"] += platoon["vehicles"]
     queue["entry_open"] = time + platoon["vehicles"] * queue["entry_headway"]
+    queue["room_for"] = 0
     if first:
         look_at_first(links, queue)
     return first

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
-
 from uxsim_geo.engine.calendar import mark
-from uxsim_geo.engine.changes import find_ways, refresh_queues, sense_state, turn_away
+from uxsim_geo.engine.changes import refresh_queues, sense_state
 from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.node import visit
-from uxsim_geo.engine.records import Calendar, World, compiled, spliced
-from uxsim_geo.engine.routes import update_routes
+from uxsim_geo.engine.records import Calendar, World, announced, compiled, spliced
 
 
 @spliced
@@ -40,10 +36,8 @@ def advance(w: World):
 
 @spliced
 def open_step(w: World, step):
-    """Update the routes if it is time, and mark the nodes of all queues listed for a step."""
+    """Mark the nodes of all queues listed for a step."""
     clock = w.links.clock[0]
-    if step == clock["update_step"]:
-        update_routes(w, step)
     q = w.calendar.bucket[step]
     while q >= 0:
         queue = w.links.queue[q]
@@ -68,48 +62,25 @@ def next_pending(calendar: Calendar, v):
             v += 1
 
 
-def _entry_points(sources: str):
-    """Give the functions that Python calls, each of a world or parts of it; compiled when called.
-
-    Compiled code is kept on disk under the function and the text that it encloses. They enclose
-    the hash of all sources that are compiled, so a change in any of them is seen.
-    """
-
-    @compiled
-    def run_until(w):
-        return len(sources) > 0 and advance(w)
-
-    @compiled
-    def finish(w):
-        return len(sources) > 0 and finish_run(w)
-
-    @compiled
-    def sense(links, road, standing, waiting):
-        return len(sources) > 0 and sense_state(links, road, standing, waiting)
-
-    @compiled
-    def refresh(queues, changed):
-        return len(sources) > 0 and refresh_queues(queues, changed)
-
-    @compiled
-    def avoid(w, avoided):
-        return len(sources) > 0 and turn_away(w, avoided)
-
-    @compiled
-    def introduce(w):
-        return len(sources) > 0 and find_ways(w)
-
-    return run_until, finish, sense, refresh, avoid, introduce
+@announced
+def run_until(w):
+    """See `advance`."""
+    return advance(w)
 
 
-def _hash_of_sources() -> str:
-    engine = Path(__file__).parent
-    library = engine.parent
-    digest = hashlib.sha256()
-    for source in [*sorted(engine.glob("*.py")), library / "compiling.py", library / "draws.py"]:
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
+@compiled
+def finish(w):
+    """See `finish_run`."""
+    return finish_run(w)
 
 
-#: see `advance`, `finish_run`, `sense_state`, `refresh_queues`, `turn_away` and `find_ways`
-run_until, finish, sense, refresh, avoid, introduce = _entry_points(_hash_of_sources())
+@compiled
+def sense(links, road, standing, waiting):
+    """See `sense_state`."""
+    return sense_state(links, road, standing, waiting)
+
+
+@compiled
+def refresh(queues, changed):
+    """See `refresh_queues`."""
+    return refresh_queues(queues, changed)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from uxsim_geo.engine.calendar import await_arrival, wait
+from uxsim_geo.engine.calendar import await_arrival, await_ready, wait
 from uxsim_geo.engine.choice import choose
 from uxsim_geo.engine.link import (
     enter,
@@ -32,6 +32,8 @@ from uxsim_geo.engine.records import (
     spliced,
 )
 
+UNKNOWN = -1.0  # a time that has to be worked out
+
 
 @spliced
 def visit(w: World, v, step):
@@ -42,27 +44,57 @@ def visit(w: World, v, step):
     """
     clock = w.links.clock[0]
     horizon = min((step + 1) * clock["step_length"], clock["end"])
-    start, stop = w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]
-    for place in range(start, stop):
-        consider(w, w.routes.into[place], step, horizon)
+    candidates = gather(w, v, step, horizon)
     while True:
-        winner = earliest(w, start, stop, horizon)
+        winner = earliest(w, candidates, step, horizon)
         if winner < 0:
             break
         if not has_room(w, winner):
             return False
         taken, time = w.links.queue[winner]["choice"], w.links.queue[winner]["feasible"]
-        if w.links.clock[0]["deterministic"] and taken >= 0:
-            settle_credits(w, winner)
+        if clock["deterministic"] and taken >= 0:
+            settle_credits(w, winner, candidates)
         move(w, winner, step)
-        consider(w, winner, step, horizon)
-        renew_rivals(w, v, taken, time)
-    for place in range(start, stop):
-        wait(w, w.routes.into[place], step, horizon)
+        renew_rivals(w, candidates, taken, time)
+    for place in range(candidates):
+        wait(w, w.calendar.candidate[place], step, horizon)
     return True
 
 
-@kernel
+@spliced
+def gather(w: World, v, step, horizon):
+    """List the queues of node v whose first platoons are ready in this step; gives how many.
+
+    The others are seen to be listed for the steps in which theirs are.
+    """
+    count, origin = 0, w.routes.node[v]["origin"]
+    first, last = w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]
+    for place in range(first, last + (origin >= 0)):
+        q = place if place < last else origin
+        queue = w.links.queue[q]
+        if queue["ready"] < horizon:
+            queue["feasible"] = UNKNOWN
+            w.calendar.candidate[count] = q
+            count += 1
+        elif queue["listed_step"] < 0:
+            await_ready(w, q, step)
+    return count
+
+
+@spliced
+def earliest(w: World, candidates, step, horizon):
+    """Give the queue whose first platoon moves next, -1 if none can before the step ends."""
+    winner = -1
+    for place in range(candidates):
+        q = w.calendar.candidate[place]
+        if w.links.queue[q]["feasible"] == UNKNOWN:
+            consider(w, q, step, horizon)
+        if w.links.queue[q]["feasible"] < horizon and (winner < 0 or goes_before(w, q, winner)):
+            winner = q
+    return winner
+
+
+@spliced
 def consider(w: World, q, step, horizon):
     """Work out when the first platoon of queue q could move; inf: not in this step."""
     queue = w.links.queue[q]
@@ -81,22 +113,11 @@ def time_of_move(w: World, queue):
     time = max(queue["ready"], queue["since_step"] * w.links.clock[0]["step_length"])
     if queue["choice"] == DEAD_END:
         return time
-    vehicles = platoon_at(w.links, queue, queue["left"])["vehicles"]
-    time = max(time, opening(w.links, queue["choice"], vehicles))
-    if w.routes.node[queue["end_node"]]["headway"] > 0.0 and not is_origin(queue):
-        time = max(time, w.routes.node[queue["end_node"]]["open"])
+    time = max(time, opening(w.links, queue["choice"], queue["vehicles"]))
+    node = w.routes.node[queue["end_node"]]
+    if node["headway"] > 0.0 and not is_origin(queue):
+        time = max(time, node["open"])
     return next_green(w.links, queue, time)
-
-
-@kernel
-def earliest(w: World, start, stop, horizon):
-    """Give the queue whose first platoon moves next, -1 if none can before the step ends."""
-    winner = -1
-    for place in range(start, stop):
-        q = w.routes.into[place]
-        if w.links.queue[q]["feasible"] < horizon and (winner < 0 or goes_before(w, q, winner)):
-            winner = q
-    return winner
 
 
 @kernel
@@ -121,26 +142,25 @@ def goes_before(w: World, q, other):
 @kernel
 def lot(w: World, queue):
     """Draw the lot of the first platoon of a queue for the opening it waits for."""
-    platoon = platoon_at(w.links, queue, queue["left"])
     if w.links.clock[0]["deterministic"]:
-        return -(queue["credit"] + queue["merge_priority"] * platoon["vehicles"])
-    chance = draw(platoon["key"], queue["key"], MERGE, queue["lost"])
-    return -math.log(1.0 - chance) * platoon["vehicles"] / queue["merge_priority"]
+        return -(queue["credit"] + queue["merge_priority"] * queue["vehicles"])
+    chance = draw(w.log.key[queue["trip"]], queue["key"], MERGE, queue["lost"])
+    return -math.log(1.0 - chance) * queue["vehicles"] / queue["merge_priority"]
 
 
 @kernel
-def settle_credits(w: World, winner):
+def settle_credits(w: World, winner, candidates):
     """Share the right to an opening without draws: all gain n α, and who takes it pays n Σα.
 
     n are the vehicles that go, Σα is over all links that could go at the same time. Who has most
     after gaining goes: links take turns, each as often as its priority says, whatever the others.
     """
     taker = w.links.queue[winner]
-    v, vehicles = taker["end_node"], platoon_at(w.links, taker, taker["left"])["vehicles"]
+    vehicles = taker["vehicles"]
     if is_origin(taker):
         return
-    for place in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
-        rival = w.links.queue[w.routes.into[place]]
+    for place in range(candidates):
+        rival = w.links.queue[w.calendar.candidate[place]]
         same_time = rival["feasible"] == taker["feasible"]
         if same_time and are_rivals(w, taker, rival) and not is_origin(rival):
             rival["credit"] += rival["merge_priority"] * vehicles
@@ -173,15 +193,11 @@ def move(w: World, q, step):
     """Move the first platoon of queue q to where it goes; it leaves a row in the events."""
     queue, clock = w.links.queue[q], w.links.clock[0]
     platoon = platoon_at(w.links, queue, queue["left"])
-    trip, choice, time = w.log.trip[platoon["trip"]], queue["choice"], queue["feasible"]
+    choice, time = queue["choice"], queue["feasible"]
     if choice >= 0:
         if enter(w.links, choice, platoon, w.routes.arc[queue["arc"]]["head"], time):
             await_arrival(w, choice, step)
         follow(w, queue, platoon, time)
-        if trip["status"] != RUNNING:
-            trip["status"] = RUNNING
-            trip["enter"] = time
-            clock["vehicles_running"] += platoon["vehicles"]
     else:
         end_trip(w, platoon, choice, time)
     if q < clock["links"]:
@@ -189,20 +205,31 @@ def move(w: World, q, step):
         event["trip"], event["link"] = platoon["trip"], q
         event["enter"], event["exit"] = platoon["enter"], time
         clock["events"] += 1
+    elif choice >= 0:
+        set_out(w, platoon, time)
     leave(w.links, q, time)
+    queue["feasible"] = UNKNOWN
+
+
+@kernel
+def set_out(w: World, platoon, time):
+    """Begin the trip of a platoon that leaves its origin."""
+    trip = w.log.trip[platoon["trip"]]
+    trip["status"] = RUNNING
+    trip["enter"] = time
+    w.links.clock[0]["vehicles_running"] += platoon["vehicles"]
 
 
 @kernel
 def follow(w: World, queue, platoon, time):
     """Note what a platoon's way over a node leaves behind: capacity used, its route, its trail."""
-    clock, trip = w.links.clock[0], w.log.trip[platoon["trip"]]
-    node = w.routes.node[queue["end_node"]]
+    clock, node = w.links.clock[0], w.routes.node[queue["end_node"]]
     if node["headway"] > 0.0 and not is_origin(queue):
         node["open"] = time + platoon["vehicles"] * node["headway"]
-    if trip["route"] >= 0:
-        trip["route"] += 1
+    if w.routes.destination[platoon["destination"]]["given"]:
+        w.log.trip[platoon["trip"]]["route"] += 1
     if clock["no_cycles"]:
-        visited = w.routes.trail[clock["trail_used"]]
+        visited, trip = w.routes.trail[clock["trail_used"]], w.log.trip[platoon["trip"]]
         visited["vertex"], visited["before"] = platoon["vertex"], trip["trail"]
         trip["trail"] = clock["trail_used"]
         clock["trail_used"] += 1
@@ -225,16 +252,16 @@ def end_trip(w: World, platoon, choice, time):
 
 
 @kernel
-def renew_rivals(w: World, v, taken, time):
-    """Work out again when those can move who wait for an out-link that has just been entered."""
+def renew_rivals(w: World, candidates, taken, time):
+    """Have it worked out again when those can move who wait for the out-link just entered."""
     if taken < 0:
         return
-    limited = w.routes.node[v]["headway"] > 0.0
-    for place in range(w.routes.node[v]["first_in"], w.routes.node[v + 1]["first_in"]):
-        rival = w.links.queue[w.routes.into[place]]
+    for place in range(candidates):
+        rival = w.links.queue[w.calendar.candidate[place]]
+        limited = w.routes.node[rival["end_node"]]["headway"] > 0.0
         if rival["feasible"] == math.inf or rival["choice"] < 0:
             continue
         if rival["choice"] == taken or limited:
             if rival["feasible"] == time:
                 rival["lost"] += 1
-            rival["feasible"] = time_of_move(w, rival)
+            rival["feasible"] = UNKNOWN

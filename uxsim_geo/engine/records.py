@@ -1,18 +1,19 @@
 """What the kernels work on: flat records, and the one way in which kernels are compiled.
 
-A *queue* is a link or an origin. Links come first, ordered by the node they start from, so that
-the out-links of a node are one short run; origins follow, one for every node where trips begin:
-a queue of no length and no limits whose demand is already in it.
+A *queue* is a link or an origin. Links come first, ordered by the node they end at, so that the
+in-links of a node are one short run; origins follow, one for every node where trips begin: a queue
+of no length and no limits whose demand is already in it.
 """
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from uxsim_geo.compiling import entry, inner
+from uxsim_geo.compiling import digest_of_sources, entry, inner
 
 # Counting references on every array of the world in every small call costs 13 to 50 times the
 # work itself. Kernels allocate nothing and keep nothing, so they go without: `_nrt` is a private
@@ -26,12 +27,14 @@ kernel = inner(forceinline=True, **_OPTIONS)
 # For what has one caller and calls much itself: LLVM goes over all that a kernel calls once more
 # for each level of calls above it, which is most of the time that compiling takes.
 spliced = inner(inline="always", **_OPTIONS)
-compiled = entry(nogil=True, **_OPTIONS)
+_SOURCES = digest_of_sources(*sorted(Path(__file__).parent.glob("*.py")))
+# what Python calls: functions of a world, or of parts of it, compiled when they are first called
+compiled = entry(_SOURCES, nogil=True, **_OPTIONS)
+announced = entry(_SOURCES, "the engine", nogil=True, **_OPTIONS)
 
 #: a platoon in a queue: in a link, or waiting in its origin
 PLATOON = np.dtype(
     [
-        ("key", np.uint64),  # its random identity
         ("enter", np.float64),  # entered the link (origin: left home), s
         ("exit", np.float64),  # left the link, s; until then: is at its end in free flow
         ("trip", np.int32),  # row of its trip
@@ -42,51 +45,58 @@ PLATOON = np.dtype(
     align=True,
 )
 
-#: a link or an origin, seen from its two ends; what is read together stands together, and all of it
-#: in four lines of a cache
+#: a link or an origin, seen from its two ends. What is read together stands together, in one line
+#: of a cache (64 bytes) each; all in four of them
 QUEUE = np.dtype(
     [
         # what its first platoon wants, and when
         ("ready", np.float64),  # it may leave from here on, s; inf: the queue is empty
         ("feasible", np.float64),  # it can make its move from here on, s
-        ("due", np.float64),  # it certainly leaves no earlier, s
-        ("choice", np.int64),  # an out-link, ARRIVE or DEAD_END
-        ("chosen_step", np.int64),  # when that was last drawn
-        ("since_step", np.int64),  # first step of the unbroken run of that draw; -1: always
-        ("listed_step", np.int64),  # where it is in the calendar; -1: not listed
-        ("lost", np.int64),  # openings lost to rivals
-        # its platoons, numbered by entry: where their ring lies, and how many have come and gone
-        ("base", np.int64),
-        ("mask", np.int64),
-        ("left", np.int64),
-        ("entered", np.int64),
-        ("vehicles_entered", np.float64),
-        ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
-        ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
-        ("hole_vehicles", np.float64),  # vehicles up to and with platoon `hole`
-        # the last platoon before the exit that let the last entry in, or -1; of an origin: the
-        # first that has not been seen to have left home, `hole_vehicles` being those before it
-        ("hole", np.int64),
-        # what it is
-        ("storage", np.float64),  # m κ L, at least a platoon, vehicles
-        ("free_time", np.float64),  # L / u, s
-        ("hole_time", np.float64),  # L τ κ, s: a hole travels back over the link
-        ("entry_headway", np.float64),  # 1 / Q_in, s per vehicle
-        ("exit_headway", np.float64),  # 1 / Q_out, s per vehicle
-        ("merge_priority", np.float64),
+        ("choice", np.int32),  # an out-link, ARRIVE or DEAD_END
+        ("arc", np.int32),  # over which it goes on to that link
+        ("chosen_step", np.int32),  # when that was last drawn
+        ("since_step", np.int32),  # first step of the unbroken run of that draw; -1: always
+        ("listed_step", np.int32),  # where it is in the calendar; -1: not listed
+        ("next", np.int32),  # listed for the same step
+        ("end_node", np.int32),
+        ("lost", np.int32),  # openings lost to rivals
+        ("vertex", np.int32),  # of the first platoon, as in its record
+        ("destination", np.int32),
+        ("vehicles", np.int32),
+        ("trip", np.int32),
+        # its exit, and its platoons, numbered by entry: how many have come and gone
         ("key", np.uint64),  # its random identity
-        ("end_node", np.int64),
-        ("arc", np.int64),  # over which its first platoon goes on to the link that it has chosen
-        # the signal at its exit
-        ("cycle", np.float64),  # s; 0: there is none
-        ("offset", np.float64),  # s: when the first cycle begins
+        ("exit_open", np.float64),  # capacity at the exit allows the next exit from here on
+        ("exit_headway", np.float64),  # 1 / Q_out, s per vehicle
+        ("vehicles_left", np.float64),
+        ("base", np.int32),  # where the ring of its platoons lies
+        ("mask", np.int32),
+        ("left", np.int32),
+        ("entered", np.int32),
+        ("cycle", np.float64),  # of the signal at its exit, s; 0: there is none
+        ("due", np.float64),  # its first platoon certainly leaves no earlier, s
+        # its entry
+        ("entry_open", np.float64),  # capacity at the entry allows the next entry from here on
+        ("entry_headway", np.float64),  # 1 / Q_in, s per vehicle
+        ("room", np.float64),  # from here on there is room for `room_for` vehicles, s
+        ("room_for", np.int32),  # 0: has to be worked out
+        # the last platoon before the exit that lets the next entry in, or -1, found with the room;
+        # of an origin: the first not seen to have left home, `hole_vehicles` being before it
+        ("next_hole", np.int32),
+        ("hole_vehicles", np.float64),  # vehicles up to and with platoon `next_hole`
+        ("vehicles_entered", np.float64),
+        ("storage", np.float64),  # m κ L, at least a platoon, vehicles
+        ("hole_time", np.float64),  # L τ κ, s: a hole travels back over the link
+        # the rest
+        ("free_time", np.float64),  # L / u, s
+        ("merge_priority", np.float64),
+        ("credit", np.float64),  # vehicles · Σα that it has let others go before it, without draws
+        ("offset", np.float64),  # s: when the first cycle of the signal begins
         ("first_green", np.int32),  # its greens: first_green to last_green in `Links.green`
         ("last_green", np.int32),
-        # the rest
-        ("vehicles_left", np.float64),
-        ("credit", np.float64),  # vehicles · Σα that it has let others go before it, without draws
-        ("next", np.int32),  # listed for the same step
+        ("hole", np.int32),  # what `next_hole` was for the last entry
         ("locked", np.int32),  # 1: it will never move again
+        ("padding", np.float64, 2),
     ],
     align=True,
 )
@@ -109,7 +119,8 @@ NODE = np.dtype(
     [
         ("headway", np.float64),  # 1 / capacity of the node, s per vehicle; 0: no limit
         ("open", np.float64),  # that capacity allows the next transfer from here on, s
-        ("first_in", np.int32),  # its in-links, then its origin: to the next node's first_in
+        ("first_in", np.int32),  # its in-links: to the next node's first_in
+        ("origin", np.int32),  # its origin, -1: there is none
         ("first_vertex", np.int32),  # its vertices: likewise
     ],
     align=True,
@@ -119,7 +130,6 @@ NODE = np.dtype(
 #: and for all who have come along the beginning of a banned path another one at the same node
 VERTEX = np.dtype(
     [
-        ("free_time", np.float64),  # s at free flow to the destination at hand
         ("distance", np.int32),  # ms to the destination at hand
         ("toward", np.int32),  # next arc on the way there, -1: none
         ("first_out", np.int32),  # its arcs: first_out to the next vertex's first_out
@@ -164,7 +174,9 @@ DESTINATION = np.dtype(
         ("node", np.int32),
         ("driver", np.int32),  # who goes there: a row of `Routes.driver`
         ("given", np.int32),  # 1: their routes are given
-        ("known", np.int32),  # 1: a way has been looked for
+        ("known", np.int32),  # 1: ways have been looked for
+        ("wanted", np.int32),  # 1: ways are to be looked for now
+        ("slot", np.int32),  # where its weights are: in which lane of which batch; -1: routes given
     ],
     align=True,
 )
@@ -245,6 +257,7 @@ CLOCK = np.dtype(
 NOTHING, ARRIVE, DEAD_END = -1, -2, -3
 
 NEVER = np.int64(2**62)  # a step that does not come
+LANES = 64  # destinations of a batch, whose weights and distances stand side by side
 UNREACHED = np.int32(2**29)  # ms, 149 hours: no way; the sum of two fits into 32 bits
 
 # status of a trip
@@ -265,12 +278,13 @@ class Routes(NamedTuple):
 
     road: np.ndarray  # (links,) ROAD
     node: np.ndarray  # (nodes + 1,) NODE
-    into: np.ndarray  # (links + origins,) int64: queues ordered by the node they end at
     vertex: np.ndarray  # (vertices + 1,) VERTEX
     arc: np.ndarray  # (arcs,) ARC
     incoming: np.ndarray  # (ways,) INCOMING: all but those that are alike
     destination: np.ndarray  # (destinations + 1,) DESTINATION
-    weight: np.ndarray  # (destinations, arcs) float32: B
+    history: np.ndarray  # (batches · bytes, arcs, LANES) uint8: when arcs were on trees
+    worth: np.ndarray  # (bytes, 256) float64: what a byte of that adds to the weight
+    weight: np.ndarray  # (batches, arcs, LANES) float32: where no history is kept, the weights
     driver: np.ndarray  # (drivers,) DRIVER
     observed: np.ndarray  # (rows, links) float64: travel times that drivers have seen, s
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
@@ -279,10 +293,45 @@ class Routes(NamedTuple):
     heap: np.ndarray  # (2 arcs + 2 vertices,) int64
 
 
+class Hierarchy(NamedTuple):
+    """Ways between vertices, by their places in an order (see ``hierarchy``)."""
+
+    place: np.ndarray  # (vertices,) int64: of every vertex
+    first: np.ndarray  # (vertices + 1,) int64: where the ways up from each place begin
+    upper: np.ndarray  # (ways,) int32: the place to which each leads up; ordered by that
+    up: np.ndarray  # (ways,) int32: what it costs to drive it up, ms; UNREACHED: it cannot be
+    down: np.ndarray  # (ways,) int32: likewise, down
+    # (arcs,) int64: the way that an arc drives up, or -1 - the way that it drives down; of arcs
+    # that lead nowhere, or back to where they begin, -1 - ways
+    way_of_arc: np.ndarray
+    tail: np.ndarray  # (arcs,) int32: the places of the ends of every arc;
+    head: np.ndarray  # of arcs that lead nowhere, the same
+
+    @property
+    def triangles(self) -> int:
+        """How many pairs of ways lead up from the same place."""
+        ways = np.diff(self.first)
+        return int((ways * (ways - 1) // 2).sum())
+
+
+class Lanes(NamedTuple):
+    """Room in which a thread works on a batch of destinations, each of which has a lane."""
+
+    own: np.ndarray  # (LANES,) int32: the destination of each lane; -1: none
+    distance: np.ndarray  # (vertices, LANES) int32: of every place, ms; see `sweep`
+    nearer: np.ndarray  # (LANES,) int32: by how much all is nearer than FARTHEST, ms
+    fresh: np.ndarray  # (LANES,) uint8: 255 where no way has been looked for before
+    idle: np.ndarray  # (LANES,) uint8: 255 where no way is looked for now
+    toward: np.ndarray  # (vertices or 0, LANES) int32: the arc over which a vertex goes on
+    time: np.ndarray  # (vertices or 0,) float64: of a vertex at free flow, s
+    passed: np.ndarray  # (vertices or 0,) int32: vertices on the way
+
+
 class Calendar(NamedTuple):
     """Which nodes are to be visited when."""
 
     bucket: np.ndarray  # (steps,) int32: first queue listed for a step, -1: none
+    candidate: np.ndarray  # (most in-links and an origin,) int32: who may move in a visit
     pending: np.ndarray  # (nodes, padded to 8) uint8: to be visited in this step
     pending_words: np.ndarray  # the same bytes as uint64
 
@@ -291,6 +340,7 @@ class Log(NamedTuple):
     """What a run leaves behind."""
 
     trip: np.ndarray  # (trips,) TRIP
+    key: np.ndarray  # (trips,) uint64: random identity of the platoon
     event: np.ndarray  # (buffer,) EVENT
     trips_by_destination: np.ndarray  # (trips,) int32
 

@@ -9,19 +9,36 @@ from __future__ import annotations
 
 import numpy as np
 
+from uxsim_geo.engine.history import remember, remember_lanes, set_whole
 from uxsim_geo.engine.link import advance_wave, platoon_at, position
 from uxsim_geo.engine.random import NOISE, draw
-from uxsim_geo.engine.records import NEVER, UNREACHED, Links, Routes, World, kernel, spliced
-from uxsim_geo.engine.trees import FARTHEST, grow_tree
+from uxsim_geo.engine.records import (
+    LANES,
+    NEVER,
+    UNREACHED,
+    Hierarchy,
+    Lanes,
+    Links,
+    Routes,
+    World,
+    kernel,
+    spliced,
+)
+from uxsim_geo.engine.sweep import sweep
+from uxsim_geo.engine.trees import FARTHEST, grow_tree, leads_nearer
 
 _STANDSTILL = 0.01  # of the free speed: what a link counts where all stand
 
 
 @spliced
-def update_routes(w: World, step):
-    """Let all drivers whose time it is look at the traffic, and choose their routes anew."""
+def update_routes(w: World, step, most):
+    """Let all drivers whose time it is look at the traffic, and choose their routes anew.
+
+    Gives the drivers with more than `most` destinations for which ways are wanted, when it comes
+    to them: then these have to be found before this is called again. -1: all is done.
+    """
     clock = w.links.clock[0]
-    clock["update_step"] = NEVER
+    earliest = NEVER
     for number in range(w.routes.driver.size):
         driver = w.routes.driver[number]
         while driver["observe_step"] <= step:
@@ -30,13 +47,31 @@ def update_routes(w: World, step):
             driver["observe_step"] = first_step_from(clock, seen)
         while driver["update_step"] <= step:
             set_costs(w, number, driver["updates"])
-            renew_weights(w, number)
             driver["updates"] += 1
             next_time = driver["updates"] * driver["interval"]
             driver["update_step"] = first_step_from(clock, next_time)
-        clock["update_step"] = min(
-            clock["update_step"], driver["observe_step"], driver["update_step"]
-        )
+            if want_ways(w.routes, number) > most:
+                return number
+            renew_wanted(w)
+        earliest = min(earliest, driver["observe_step"], driver["update_step"])
+    clock["update_step"] = earliest
+    return -1
+
+
+@kernel
+def want_ways(routes: Routes, number):
+    """Note that ways are wanted to all destinations that these drivers are still bound for."""
+    count = 0
+    for place in range(routes.destination.size - 1):
+        destination = routes.destination[place]
+        if (
+            destination["driver"] == number
+            and destination["outstanding"] > 0
+            and not destination["given"]
+        ):
+            destination["wanted"] = 1
+            count += 1
+    return count
 
 
 @spliced
@@ -78,7 +113,6 @@ def set_costs(w: World, number, update):
         chance = draw(driver["key"], queue["key"], NOISE, update)
         cost = time * (1.0 + clock["noise"] * chance) + w.routes.extra[number, link]
         arc["cost"] = in_milliseconds(cost)
-    pass_on_costs(w.routes)
 
 
 @kernel
@@ -89,29 +123,52 @@ def pass_on_costs(routes: Routes):
         way["cost"] = routes.arc[way["arc"]]["cost"]
 
 
-@spliced
-def renew_weights(w: World, number):
-    """Renew the weights B of all destinations that these drivers are still bound for."""
+@kernel
+def renew_wanted(w: World):
+    """Renew the weights B of all destinations to which ways are wanted, by trees of the heap."""
+    pass_on_costs(w.routes)
     for place in range(w.routes.destination.size - 1):
-        destination = w.routes.destination[place]
-        if (
-            destination["driver"] == number
-            and destination["outstanding"] > 0
-            and not destination["given"]
-        ):
+        if w.routes.destination[place]["wanted"]:
+            grow_tree(w.routes, w.routes.destination[place]["node"])
             renew_destination(w, place)
+    return True
 
 
 @kernel
 def renew_destination(w: World, place):
-    """Renew the weights B of one destination by the costs at hand."""
+    """Renew the weights B of one destination by the tree at hand."""
     clock, destination = w.links.clock[0], w.routes.destination[place]
-    grow_tree(w.routes, destination["node"])
+    for v in range(w.routes.vertex.size - 1):
+        for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
+            on_tree = leads_nearer(w.routes, v, arc)
+            if clock["logit_spread"] > 0.0:
+                spread_arc(w.routes, destination["slot"], v, arc, clock["logit_spread"])
+            elif destination["known"]:
+                remember(w.routes, destination["slot"], arc, on_tree, clock["update_weight"])
+            else:
+                set_whole(w.routes, destination["slot"], arc, on_tree)
+    destination["known"], destination["wanted"] = 1, 0
+
+
+@kernel
+def renew_lanes(w: World, h: Hierarchy, batch, room: Lanes):
+    """Renew the weights B of a batch by a sweep; False: some are too far, nothing is changed."""
+    clock, destination = w.links.clock[0], w.routes.destination
+    if not sweep(h, w.routes, room):
+        return False
     if clock["logit_spread"] > 0.0:
-        spread_tree(w.routes, place, clock["logit_spread"])
+        spread_lanes(w.routes, h, batch, room, clock["logit_spread"])
     else:
-        blend_tree(w.routes, place, clock["update_weight"] if destination["known"] else 1.0)
-    destination["known"] = 1
+        for lane in range(LANES):
+            own = room.own[lane]
+            room.idle[lane] = 255 if own < 0 else 0
+            room.fresh[lane] = 255 if own >= 0 and not destination[own]["known"] else 0
+        remember_lanes(w.routes, h, batch, room, clock["update_weight"])
+    for lane in range(LANES):
+        if room.own[lane] >= 0:
+            destination[room.own[lane]]["known"] = 1
+            destination[room.own[lane]]["wanted"] = 0
+    return True
 
 
 @kernel
@@ -140,83 +197,39 @@ def observe(links: Links, road, link, time):
 
 
 @kernel
-def blend_tree(routes: Routes, destination, share):
-    """B ← (1−share)B + share·tree, for one destination."""
-    keep, add = np.float32(1.0 - share), np.float32(share)
-    for arc in range(routes.arc.size):
-        routes.weight[destination, arc] *= keep
-    for v in range(routes.vertex.size):
-        toward = routes.vertex[v]["toward"]
-        if toward >= 0:
-            routes.weight[destination, toward] += add
-
-
-@kernel
-def spread_tree(routes: Routes, destination, spread):
-    """Give arcs that lead nearer the weight exp(−detour / spread), for one destination.
+def spread_arc(routes: Routes, slot, v, number, spread):
+    """Give an arc that leads nearer the weight exp(−detour / spread), any other none.
 
     The detour is what the way over the arc costs more than the best from its start (a logit
     choice at every vertex, on the links of Dial 1971 that lead nearer).
     """
-    for v in range(routes.vertex.size - 1):
-        start = routes.vertex[v]
-        for arc in range(start["first_out"], routes.vertex[v + 1]["first_out"]):
-            end, cost = routes.arc[arc]["head"], routes.arc[arc]["cost"]
+    start, arc = routes.vertex[v], routes.arc[number]
+    weight = 0.0
+    if leads_nearer(routes, v, number):
+        weight = 1.0
+    elif arc["head"] >= 0 and arc["cost"] < UNREACHED:
+        beyond = routes.vertex[arc["head"]]["distance"]
+        if beyond < start["distance"]:
+            weight = weight_of_detour(beyond + arc["cost"] - start["distance"], spread)
+    routes.weight[slot // LANES, number, slot % LANES] = weight
+
+
+@kernel
+def spread_lanes(routes: Routes, h: Hierarchy, batch, room: Lanes, spread):
+    """Give the arcs their weights in a logit choice, for all lanes of a batch."""
+    for number in range(h.tail.size):
+        tail, head, cost = h.tail[number], h.head[number], routes.arc[number]["cost"]
+        for lane in range(LANES):
+            if room.own[lane] < 0:
+                continue
+            start, beyond = room.distance[tail, lane], room.distance[head, lane]
             weight = 0.0
-            if start["toward"] == arc:
-                weight = 1.0
-            elif cost < UNREACHED and routes.vertex[end]["distance"] < start["distance"]:
-                detour = cost + routes.vertex[end]["distance"] - start["distance"]
-                weight = np.exp(-detour / (1000.0 * spread))
-            routes.weight[destination, arc] = weight
+            if cost < UNREACHED and beyond < start:
+                weight = weight_of_detour(beyond + cost - start, spread)
+            routes.weight[batch, number, lane] = weight
 
 
 @kernel
-def find_free_flow_times(w: World):
-    """Give every trip the free-flow time of its fastest route, s; inf where there is none."""
-    routes = w.routes
-    for place in range(routes.arc.size):
-        arc = routes.arc[place]
-        if arc["head"] >= 0:
-            arc["cost"] = in_milliseconds(w.links.queue[arc["link"]]["free_time"])
-    pass_on_costs(routes)
-    for destination in range(routes.destination.size - 1):
-        grow_tree(routes, routes.destination[destination]["node"])
-        add_up_free_times(w)
-        first, last = routes.destination[destination], routes.destination[destination + 1]
-        for place in range(first["first_trip"], last["first_trip"]):
-            trip = w.log.trip[w.log.trips_by_destination[place]]
-            begin = routes.node[trip["from_node"]]["first_vertex"]
-            trip["free_time"] = routes.vertex[begin]["free_time"]
-    return True
-
-
-@kernel
-def add_up_free_times(w: World):
-    """Set the free-flow time of every vertex to the target of the tree at hand; inf: no way."""
-    routes = w.routes
-    for v in range(routes.vertex.size):
-        vertex = routes.vertex[v]
-        vertex["free_time"] = np.inf if vertex["distance"] > 0 else 0.0
-    for v in range(routes.vertex.size - 1):
-        add_up_free_time(w, v)
-
-
-@kernel
-def add_up_free_time(w: World, v):
-    """Set the free-flow times of a vertex and of those on its way that have none yet.
-
-    The heap, which the search has done with, holds the vertices between.
-    """
-    routes, size = w.routes, 0
-    while routes.vertex[v]["free_time"] == np.inf and routes.vertex[v]["toward"] >= 0:
-        arc = routes.vertex[v]["toward"]
-        routes.heap[size] = v
-        size += 1
-        v = routes.arc[arc]["head"]
-    on = routes.vertex[v]["free_time"]
-    while size > 0:
-        size -= 1
-        vertex = routes.vertex[routes.heap[size]]
-        on += w.links.queue[routes.arc[vertex["toward"]]["link"]]["free_time"]
-        vertex["free_time"] = on
+def weight_of_detour(detour, spread):
+    """Weight of a way that costs so many ms more than the best; spread in s."""
+    return np.exp(-detour / (1000.0 * spread))

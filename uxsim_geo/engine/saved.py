@@ -22,7 +22,7 @@ import numpy.typing as npt
 from uxsim_geo.control.levers import QUANTITIES, Levers
 from uxsim_geo.control.traffic import Counts
 from uxsim_geo.demand.platoons import Platoons
-from uxsim_geo.engine.records import World
+from uxsim_geo.engine.records import LANES, World
 from uxsim_geo.engine.steering import History, Steering
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete
@@ -36,12 +36,11 @@ _STATE = "state.json"
 _MOMENT = (1980, 1, 1, 0, 0, 0)  # of every part: the same run gives the same bytes
 _LARGEST = 1 << 36  # bytes of one array
 
-#: bytes to which a saved run may unpack, whatever its size, and as a multiple of it
-_LEAST_BYTES = 500_000_000
-_RATIO = 200
+#: nothing that is written here packs to less than a 230th of its size; and bytes that may anyway
+_RATIO, _LEAST_BYTES = 230, 64_000_000
 
 #: parts of the world that are worked on and hold nothing between two steps
-_SCRATCH = ("heap", "event", "pending_words")
+_SCRATCH = ("candidate", "heap", "event", "pending_words")
 #: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
 _DAMAGED = (
     OSError,
@@ -81,7 +80,7 @@ def read_saved(path: Path) -> tuple[Network, dict[str, Any], Arrays]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            _check_size(archive, path.stat().st_size)
+            _check_size(path, archive)
             state = json.loads(archive.read(_STATE))
             if state["saved_by"] != __version__:
                 what = f"was saved by version {state['saved_by']}, this is {__version__}: run again"
@@ -107,11 +106,11 @@ def read_saved(path: Path) -> tuple[Network, dict[str, Any], Arrays]:
     return network, state, arrays
 
 
-def _check_size(archive: zipfile.ZipFile, packed: int) -> None:
-    """Raise ValueError for an archive that unpacks to far more than saved runs do."""
+def _check_size(path: Path, archive: zipfile.ZipFile) -> None:
+    """Raise ValueError where the parts would unpack to more than a saved run can."""
     size = sum(part.file_size for part in archive.infolist())
-    if size > max(_LEAST_BYTES, _RATIO * packed):
-        raise ValueError(f"it unpacks to {size / 1e6:,.0f} MB")
+    if size > max(_LEAST_BYTES, _RATIO * path.stat().st_size):
+        raise ValueError(f"it unpacks to {size / 1e6:,.0f} MB, far more than such files do")
 
 
 def _to_bytes(array: npt.NDArray[Any]) -> bytes:
@@ -184,16 +183,18 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.routes.road, (links,)),
         (filled.routes.driver, (drivers,)),
         (filled.routes.node, world.routes.node.shape),
-        (filled.routes.into, filled.links.queue.shape),
         (filled.routes.vertex, world.routes.vertex.shape),
         (filled.routes.arc, world.routes.arc.shape),
         (filled.routes.incoming, world.routes.incoming.shape),
-        (filled.routes.weight, (filled.routes.destination.size - 1, world.routes.arc.size)),
+        (filled.routes.history[:0], (0, world.routes.arc.size, LANES)),
+        (filled.routes.weight[:0], (0, world.routes.arc.size, LANES)),
+        (filled.routes.worth, world.routes.worth.shape),
         (filled.routes.extra, (drivers, links)),
         (filled.routes.observed, world.routes.observed.shape),
         (filled.calendar.bucket, world.calendar.bucket.shape),
         (filled.calendar.pending, world.calendar.pending.shape),
         (filled.log.trips_by_destination, filled.log.trip.shape),
+        (filled.log.key, filled.log.trip.shape),
     ):
         if array.shape != shape:
             raise ValueError("arrays do not fit together")

@@ -2,40 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
-from uxsim_geo.demand.platoons import Floats, Ints, Platoons, weighted_counts
+from uxsim_geo.demand.platoons import Floats, Platoons
 from uxsim_geo.engine.records import World
+from uxsim_geo.events import EventLog
 
 STATUS = ("waiting", "running", "completed", "aborted")
 
-Records = npt.NDArray[Any]
 
-
-def event_table(events: Records, row_of_link: Ints, link_ids: pd.Index[str]) -> pd.DataFrame:
-    """Give the events; links are categories in the order of the links table."""
-    return pd.DataFrame(
-        {
-            "vehicle": events["trip"],
-            "link": pd.Categorical.from_codes(row_of_link[events["link"]], categories=link_ids),
-            "enter_s": events["enter"],
-            "exit_s": events["exit"],
-        }
-    )
-
-
-def trip_table(world: World, platoons: Platoons, events: Records, toll: Floats) -> pd.DataFrame:
-    """Give the trips, a row a platoon; ``toll`` is what each of its vehicles has paid."""
+def trip_table(world: World, platoons: Platoons, driven: Floats, toll: Floats) -> pd.DataFrame:
+    """Give the trips, a row a platoon, from the metres driven on links left and the tolls paid."""
     trip = world.log.trip
     nodes = pd.Index(platoons.node_ids)
     classes = pd.Index(platoons.class_names)
     status = pd.Categorical.from_codes(trip["status"], categories=pd.Index(STATUS))
-    done = events[~np.isnan(events["exit"])]
-    metres = world.routes.road["length"][done["link"]]
     return pd.DataFrame(
         {
             "vehicle": np.arange(trip.size, dtype=np.int32),
@@ -48,31 +30,38 @@ def trip_table(world: World, platoons: Platoons, events: Records, toll: Floats) 
             "arrive_s": trip["arrive"],
             "status": status,
             "vehicles": platoons.vehicles.astype(np.int32),
-            "distance_m": trip["covered"] + weighted_counts(done["trip"], metres, trip.size),
+            "distance_m": trip["covered"] + driven,
             "free_time_s": np.where(np.isinf(trip["free_time"]), np.nan, trip["free_time"]),
             "toll": toll,
         }
     )
 
 
-def tolls_paid(
-    events: Records,
-    trips: int,
-    row_of_link: Ints,
-    changes: list[tuple[float, npt.NDArray[np.float64]]],
-) -> Floats:
+def metres_driven(log: EventLog, length: Floats, trips: int) -> Floats:
+    """Sum the lengths, m, of the links that every trip has left; shape (trips,)."""
+    driven = np.zeros(trips)
+    for piece in log.pieces("vehicle", "link", "exit_s"):
+        left = ~np.isnan(piece["exit_s"])
+        np.add.at(driven, piece["vehicle"][left], length[piece["link"][left]])
+    return driven
+
+
+def tolls_paid(log: EventLog, changes: list[tuple[float, Floats]], trips: int) -> Floats:
     """Sum what every trip has paid on entering links, by the tolls in force at those times."""
+    paid = np.zeros(trips)
     if not changes:
-        return np.zeros(trips)
+        return paid
     times = np.array([time for time, _ in changes])
     tolls = np.stack([toll for _, toll in changes])
-    change = np.searchsorted(times, events["enter"], side="right") - 1
-    amount = np.where(change >= 0, tolls[change, row_of_link[events["link"]]], 0.0)
-    return weighted_counts(events["trip"], amount, trips)
+    for piece in log.pieces("vehicle", "link", "enter_s"):
+        change = np.searchsorted(times, piece["enter_s"], side="right") - 1
+        amount = np.where(change >= 0, tolls[change, piece["link"]], 0.0)
+        np.add.at(paid, piece["vehicle"], amount)
+    return paid
 
 
 def limit_table(
-    changes: list[tuple[float, npt.NDArray[np.float64]]],
+    changes: list[tuple[float, Floats]],
     free_speed: Floats,
     link_ids: pd.Index[str],
 ) -> pd.DataFrame:

@@ -49,6 +49,19 @@ def grow_tree(routes: Routes, target):
         reach_late(routes, routes.heap[place])
 
 
+@kernel
+def leads_nearer(routes: Routes, v, number):
+    """Whether an arc from vertex v is on the tree at hand; of several that lead as near, all are.
+
+    Where all is as far as can be told, only the one over which the search came.
+    """
+    start, arc = routes.vertex[v], routes.arc[number]
+    if arc["head"] < 0 or start["distance"] >= UNREACHED or arc["cost"] >= UNREACHED:
+        return False
+    beyond = np.int64(routes.vertex[arc["head"]]["distance"]) + arc["cost"]
+    return beyond == start["distance"] or start["toward"] == number
+
+
 @spliced
 def clear_tree(routes: Routes):
     """Forget the ways to another target."""

@@ -178,18 +178,20 @@ def _add_fourth_coordinates(
     """Put lines with m in place of those without, which are all that pyogrio can write."""
     if "trajectories" not in layers:
         return
-    its = "WHERE {} = 'trajectories'"
     triggers = database.execute(
-        f"SELECT name, sql FROM sqlite_master {its.format('tbl_name')} AND type = 'trigger'"
+        "SELECT name, sql FROM sqlite_master WHERE tbl_name = 'trajectories' AND type = 'trigger'"
     ).fetchall()
     for name, _ in triggers:  # they call functions that GDAL adds to SQLite
         database.execute(f'DROP TRIGGER "{name}"')
     column, srs = database.execute(
-        f"SELECT column_name, srs_id FROM gpkg_geometry_columns {its.format('table_name')}"
+        "SELECT column_name, srs_id FROM gpkg_geometry_columns WHERE table_name = 'trajectories'"
     ).fetchone()
-    database.execute(f"UPDATE gpkg_geometry_columns SET z = 1, m = 1 {its.format('table_name')}")
+    database.execute(
+        "UPDATE gpkg_geometry_columns SET z = 1, m = 1 WHERE table_name = 'trajectories'"
+    )
     blobs = _blobs(layers["trajectories"]["geometry"].to_numpy(), srs)
-    database.executemany(f'UPDATE trajectories SET "{column}" = ? WHERE fid = ?', blobs)
+    update = f'UPDATE trajectories SET "{column}" = ? WHERE fid = ?'  # nosec B608 # by GDAL
+    database.executemany(update, blobs)
     for _, sql in triggers:
         database.execute(sql)
 

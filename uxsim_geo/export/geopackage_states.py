@@ -93,7 +93,7 @@ def add_bins(database: sqlite3.Connection, names: InTime, bins: pd.DataFrame, li
     )
     database.execute(TIME_BINS.format(bins=names.bins))
     database.executemany(
-        f'INSERT INTO "{names.bins}" VALUES (?, ?, ?, ?, ?)',
+        f'INSERT INTO "{names.bins}" VALUES (?, ?, ?, ?, ?)',  # nosec B608 # our own name
         [
             (number, first, last, number * links + 1, (number + 1) * links)
             for number, (first, last) in enumerate(zip(begin, end, strict=True))
@@ -145,7 +145,8 @@ def _register(
         " srs_id, z, m FROM gpkg_geometry_columns WHERE table_name = ?",
         (states, names.links),
     )
-    (rows,) = database.execute(f'SELECT count(*) FROM "{names.values}"').fetchone()
+    count = f'SELECT count(*) FROM "{names.values}"'  # nosec B608 # our own name
+    (rows,) = database.execute(count).fetchone()
     database.executemany(
         "INSERT INTO gpkg_ogr_contents (table_name, feature_count) VALUES (?, ?)",
         [(times, rows), (states, rows)],

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from uxsim_geo.analysis.od import od_table
-from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.analysis.state_grid import States
 from uxsim_geo.export.columns import LAYERS
 from uxsim_geo.export.layers import (
@@ -36,7 +36,7 @@ class Run:
     network: Network
     result: Result
     states: States
-    passages: Passages
+    passages: RunPassages
 
 
 def layers_of_run(

@@ -12,6 +12,7 @@ import pandas as pd
 
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.analysis.samples import check_step, numbered_from
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.trips import trip_summary
@@ -47,7 +48,7 @@ class _Knots(NamedTuple):
 
 
 def trajectories_layer(
-    result: Result, network: Network, passages: Passages, sample: Sample, start: datetime
+    result: Result, network: Network, run: RunPassages, sample: Sample, start: datetime
 ) -> pd.DataFrame:
     """Ways of some trips, spread evenly over all that drove; see ``columns.TRAJECTORIES``.
 
@@ -60,8 +61,11 @@ def trajectories_layer(
 
     if "geometry" not in network.links.columns:
         raise ValueError("this network has no geometry: there are no ways to draw")
-    check_step("step_s", sample.step_s, passages.end)
-    rows, vehicles = _chosen(passages, sample.trips)
+    end = result.settings.duration
+    check_step("step_s", sample.step_s, end)
+    vehicles = _chosen(run.drove(end), sample.trips)
+    passages = run.around(np.isin(np.arange(len(result.trips)), vehicles))
+    rows = _drives_of(passages, vehicles)
     lines = LinkLines.of(network.links["geometry"].to_numpy())
     crs = getattr(network.links, "crs", None)
     points, vehicle = _points(passages, rows, lines, sample.step_s)
@@ -73,15 +77,18 @@ def trajectories_layer(
     return spatial
 
 
-def _chosen(passages: Passages, most: int) -> tuple[Integers, Integers]:
-    """Rows of the passages of some vehicles, in the order of their drive, and those vehicles."""
-    drove = np.unique(passages.vehicle[passages.enter < passages.end])
+def _chosen(drove: Integers, most: int) -> Integers:
+    """Some of the vehicles that drove, spread evenly."""
     number = min(most, len(drove))
-    chosen = drove[((np.arange(number) + 0.5) * len(drove) / max(number, 1)).astype(np.int64)]
-    seen = np.isin(passages.vehicle, chosen) & (passages.enter < passages.end)
+    return drove[((np.arange(number) + 0.5) * len(drove) / max(number, 1)).astype(np.int64)]
+
+
+def _drives_of(passages: Passages, vehicles: Integers) -> Integers:
+    """Rows of the passages of some vehicles, in the order of their drive."""
+    seen = np.isin(passages.vehicle, vehicles) & (passages.enter < passages.end)
     rows = np.flatnonzero(seen)
     order = np.lexsort((passages.enter[rows], passages.vehicle[rows]))
-    return rows[order].astype(np.int64), chosen.astype(np.int64)
+    return rows[order].astype(np.int64)
 
 
 def _points(

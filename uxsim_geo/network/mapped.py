@@ -57,7 +57,7 @@ def read_mapped_network(
 ) -> Network:
     """Read a network from a file of lines, and of points for the nodes if there is one.
 
-    GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet and what else GDAL reads; a layer is
+    GeoPackage, GeoJSON, Shapefile, FlatGeobuf, GeoParquet; a layer is
     named where a file has several. Raises :class:`uxsim_geo.errors.InputError` with all that is
     wrong, by the number of the feature, counted from 1.
     """

@@ -23,6 +23,7 @@ import pandas as pd
 
 from uxsim_geo.network.bans import Way, ban_paths, beginning_after
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.one_part import is_one_part
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -45,8 +46,8 @@ class Paths:
         tail, then by link, and vertices of a node that have any have them over the same links
     link
         (arcs,) row of the link of each
-    start
-        (links,) row of the node at which each link starts
+    start, end
+        (links,) row of the node at which each link starts, and ends
     """
 
     node: Ints
@@ -55,6 +56,7 @@ class Paths:
     head: Ints
     link: Ints
     start: Ints
+    end: Ints
 
     @classmethod
     def of(cls, network: Network) -> Paths:
@@ -81,7 +83,7 @@ class Paths:
         usual = np.stack([first[start], head, np.arange(start.size)])
         arcs = np.concatenate([usual, beginnings.arcs(vertex_of, start, head)], axis=1)
         tail, head, link = arcs[:, np.lexsort((arcs[2], arcs[0]))]
-        return cls(node, first, tail, head, link, start)
+        return cls(node, first, tail, head, link, start, end)
 
     def arcs_along(self, route: Sequence[int]) -> list[int]:
         """Return the arcs of a route, up to where it must not be driven on.
@@ -116,6 +118,9 @@ class Paths:
 
     def lead(self, origin: Ints, destination: Ints) -> npt.NDArray[np.bool_]:
         """Say of pairs of nodes, (pairs,) each, whether a path leads from the one to the other."""
+        driven = self.head >= 0
+        if is_one_part(self.tail[driven], self.head[driven], self.node.size):
+            return np.ones(len(origin), bool)
         from scipy.sparse.csgraph import breadth_first_order, connected_components
 
         graph, _ = self._edges

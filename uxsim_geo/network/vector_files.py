@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from uxsim_geo.damage import damage_as_fault
 from uxsim_geo.errors import Faults
+from uxsim_geo.network.own_data import holds_own_data
 from uxsim_geo.parquet import check_parquet
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ def layers_of(path: Path, faults: Faults) -> dict[str, str | None]:
     """The names of the layers of a file, and their kinds of geometry: None of a plain table."""
     import pyogrio
 
+    if not holds_own_data(path, faults):
+        return {}
     with damage_as_fault(faults, "cannot be read as a table"):
         return {str(name): shape for name, shape in pyogrio.list_layers(path)}
     return {}

@@ -105,9 +105,10 @@ class LinkState(Element):
         if self._run is None:
             return dict.fromkeys(("enter_s", "exit_s", "vehicles"), np.empty(0))
         result = self._run.result
-        own = result.events[result.events["link"].cat.codes == self.id]
+        here = np.arange(len(result.log.link_ids)) == self.id
+        own = result.log.some("vehicle", "enter_s", "exit_s", links=here)
         return {
-            "enter_s": own["enter_s"].to_numpy(float),
-            "exit_s": own["exit_s"].to_numpy(float),
+            "enter_s": own["enter_s"],
+            "exit_s": own["exit_s"],
             "vehicles": result.trips["vehicles"].to_numpy(float)[own["vehicle"]],
         }

@@ -69,7 +69,7 @@ def _at_rest(result: Result, step: float) -> pd.DataFrame:
     """Rows of platoons that wait at their origins, and of the first step after a trip's end."""
     trips, duration = result.trips, result.settings.duration
     steps = int(np.ceil(duration / step - 1e-9))
-    ends = trip_ends(result.events, trips)
+    ends = trip_ends(result)
     depart, enter = (trips[name].to_numpy(float) for name in ("depart_s", "enter_s"))
     until = np.fmin(np.fmin(enter, ends), duration)
     first, last = (np.ceil(times / step - 1e-9).astype(np.int64) for times in (depart, until))

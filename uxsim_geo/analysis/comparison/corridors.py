@@ -10,11 +10,13 @@ import pandas as pd
 from uxsim_geo.analysis.bins import bin_of
 from uxsim_geo.analysis.edie import ratio
 from uxsim_geo.analysis.state_grid import StateGrid
-from uxsim_geo.analysis.subsets import link_rows
+from uxsim_geo.analysis.subsets import check_links
 from uxsim_geo.analysis.trips import driving_order
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.errors import Faults
+from uxsim_geo.events import COLUMNS
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.rows import count_within
 from uxsim_geo.result import Result
 
 #: name of each corridor → its link_ids, in the order in which they are driven
@@ -35,15 +37,18 @@ def corridor_times(
     """
     grid = StateGrid.of_all(states, network)
     edges = np.append(grid.begin, grid.end[-1])
-    drives = _Drives(result, network)
     ids = pd.Index(network.links["link_id"].astype(str))
+    paths = {
+        name: ids.get_indexer(pd.Index(link_ids, dtype=object)).astype(np.int64)
+        for name, link_ids in corridors.items()
+    }
+    drives = _Drives(result, network, np.concatenate([np.empty(0, np.int64), *paths.values()]))
     # of a link that nobody is on, closed or not, the speed is not known
     instantaneous = np.where(
         grid.values("time") > 0, grid.values("instantaneous_travel_time"), np.nan
     )
     tables = [_table("", edges, np.zeros((3, 0)))]
-    for name, link_ids in corridors.items():
-        path = ids.get_indexer(pd.Index(link_ids, dtype=object)).astype(np.int64)
+    for name, path in paths.items():
         if (path < 0).any():
             continue
         vehicles, time = drives.along(path, edges)
@@ -73,14 +78,27 @@ def check_corridors(corridors: Corridors, network: Network) -> None:
 
 
 class _Drives:
-    """All link entries by vehicle, in the order in which they were driven."""
+    """Entries to some links (rows of the table) by vehicle, in the order in which they were driven.
 
-    def __init__(self, result: Result, network: Network) -> None:
-        order = driving_order(result.events)
-        self.vehicle = result.events["vehicle"].to_numpy()[order]
-        self.link = link_rows(result, network)[order]
-        self.enter = result.events["enter_s"].to_numpy(float)[order]
-        self.exit = result.events["exit_s"].to_numpy(float)[order]
+    place
+        of the entry in the whole drive of its vehicle, from 0
+    """
+
+    def __init__(self, result: Result, network: Network, links: Integers) -> None:
+        check_links(result, network)
+        wanted = np.isin(np.arange(len(network.links)), links)
+        before = np.zeros(len(result.trips), np.int64)
+        parts = []
+        for piece in result.log.pieces(*COLUMNS):
+            place = before[piece["vehicle"]] + count_within(piece["vehicle"])
+            before[piece["vehicle"]] = place + 1
+            rows = wanted[piece["link"]]
+            parts.append([*(piece[name][rows] for name in COLUMNS), place[rows]])
+        nothing = [np.empty(0, kind) for kind in (int, int, float, float, int)]
+        vehicle, *columns = (np.concatenate(some) for some in zip(nothing, *parts, strict=True))
+        order = driving_order(vehicle)
+        self.vehicle = vehicle[order]
+        self.link, self.enter, self.exit, self.place = (values[order] for values in columns)
         self.vehicles = result.trips["vehicles"].to_numpy(float)
 
     def along(self, path: Integers, edges: Floats) -> tuple[Floats, Floats]:
@@ -88,6 +106,7 @@ class _Drives:
         first = np.flatnonzero(self.link[: len(self.link) - len(path) + 1] == path[0])
         last = first + len(path) - 1
         follows = self.vehicle[first] == self.vehicle[last]
+        follows &= self.place[last] - self.place[first] == len(path) - 1
         for place, link in enumerate(path):
             follows &= self.link[first + place] == link
         first, last = first[follows], last[follows]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from uxsim_geo.analysis.edie import ratio
-from uxsim_geo.analysis.network_states import vehicle_counts
+from uxsim_geo.analysis.network_states import trip_ends, vehicle_counts
 from uxsim_geo.analysis.state_grid import StateGrid
 from uxsim_geo.analysis.types import Floats, Integers
 from uxsim_geo.network.units import KMH, PER_HOUR
@@ -42,7 +42,7 @@ def over_time(grid: StateGrid, result: Result, first: Integers) -> OverTime:
         for name in ("distance", "time", "delay")
     )
     last = np.append(first[1:], len(grid.begin)) - 1
-    counts = vehicle_counts(result.events, result.trips, edges)
+    counts = vehicle_counts(result.trips, trip_ends(result), edges)
     return OverTime(
         edges,
         time / length,

@@ -8,8 +8,8 @@ whatever a name holds, quotes, tags or emoji, it is no HTML until a script write
 from __future__ import annotations
 
 import base64
-import gzip
 import json
+import zlib
 from typing import Any
 
 import numpy as np
@@ -19,9 +19,16 @@ import numpy.typing as npt
 DEGREES = 5e-6
 
 
-def packed(content: bytes) -> str:
-    """Bytes, gzipped and in base64; the same bytes give the same text."""
-    return base64.b64encode(gzip.compress(content, compresslevel=6, mtime=0)).decode("ascii")
+#: for zlib: the header and trailer of gzip, without a time or name
+_AS_GZIP = 31
+
+
+def packed(content: bytes, level: int = 6) -> str:
+    """Bytes, gzipped and in base64; the same bytes give the same text.
+
+    With ``gzip.compress`` the header would tell one version of Python from another.
+    """
+    return base64.b64encode(zlib.compress(content, level, wbits=_AS_GZIP)).decode("ascii")
 
 
 def packed_json(value: object) -> str:

@@ -6,6 +6,7 @@ takes the process with it.
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -56,8 +57,12 @@ def write_still(path: Path, scene: dict[str, Any], look: Look, camera: Camera = 
     shown = "time_plane" in look.show
     plane = (float(scene["plane"]), np.nan, str(scene["plane_text"])) if shown else ()
     shots = [Shot(one, *plane)]
-    with _scene_file(scene, look, shots) as arrays, replace_when_complete(path) as temporary:
-        _draw(arrays, temporary)
+    with _scene_file(scene, look, shots) as arrays:
+        # not beside the result: should this process be killed, the drawing one goes on for a while
+        picture = arrays.with_name("picture.png")
+        _draw(arrays, picture)
+        with replace_when_complete(path) as temporary:
+            shutil.copyfile(picture, temporary)
 
 
 def write_film(  # noqa: PLR0913 -- how it moves, by keyword alone

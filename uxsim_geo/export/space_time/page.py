@@ -7,14 +7,13 @@ the map's larger side, all of them gzipped.
 
 from __future__ import annotations
 
-import base64
-import gzip
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from uxsim_geo.export.page.packing import packed
 from uxsim_geo.export.space_time.framing import best_side
 from uxsim_geo.export.space_time.look import Look
 from uxsim_geo.files import replace_when_complete
@@ -37,7 +36,7 @@ def write_page(path: Path, scene: dict[str, Any], look: Look) -> None:
     """Write a scene of :func:`uxsim_geo.export.space_time.scene.space_time_scene` as a page."""
     import jinja2
 
-    places, packed = _packed(_arrays(scene))
+    places, packed_arrays = _packed(_arrays(scene))
     texts = json.dumps(_texts(scene, look) | {"arrays": places}, ensure_ascii=False)
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
@@ -50,7 +49,7 @@ def write_page(path: Path, scene: dict[str, Any], look: Look) -> None:
         attribution=str(scene["attribution"]),
         # a name must not end the script that holds it
         texts=texts.replace("<", "\\u003c"),
-        arrays=packed,
+        arrays=packed_arrays,
         script=SCRIPT.read_text(encoding="utf-8"),
     )
     with replace_when_complete(path) as temporary:
@@ -82,7 +81,7 @@ def _packed(arrays: dict[str, Any]) -> tuple[dict[str, Any], str]:
         padded = data + bytes(-len(data) % 4)  # typed arrays begin at multiples of their size
         parts.append(padded)
         at += len(padded)
-    return places, base64.b64encode(gzip.compress(b"".join(parts), 9, mtime=0)).decode("ascii")
+    return places, packed(b"".join(parts), level=9)
 
 
 def _texts(scene: dict[str, Any], look: Look) -> dict[str, Any]:

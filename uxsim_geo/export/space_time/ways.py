@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from uxsim_geo.analysis.passages import Passages
+from uxsim_geo.analysis.run_passages import RunPassages
 from uxsim_geo.analysis.samples import Samples
 from uxsim_geo.analysis.trajectories import LinkLines
 from uxsim_geo.analysis.types import Floats
@@ -14,17 +14,18 @@ from uxsim_geo.network.network import Network
 MOMENTS = 240  # between the beginning and the end of the run, beside every entry of a link
 
 
-def sampled_ways(network: Network, passages: Passages, most: int) -> list[Floats]:
+def sampled_ways(network: Network, run: RunPassages, most: int) -> list[Floats]:
     """Where some platoons were: points (n, 3) each, x and y on the projected map, time in s.
 
     Of more than ``most`` platoons that drove so many are shown, spread evenly over all. Their ways
     go through the start of every link that they entered. Raises ValueError if the network has no
     geometry.
     """
-    drove = np.unique(passages.vehicle)
+    drove = run.drove()
     if not drove.size or most < 1:
         return []
     chosen = drove[np.unique(np.linspace(0, len(drove) - 1, min(most, len(drove))).astype(int))]
+    passages = run.around(np.isin(np.arange(drove[-1] + 1), chosen))
     rows = np.flatnonzero(np.isin(passages.vehicle, chosen))
     end = float(passages.end)
     moments = np.linspace(0.0, end, MOMENTS + 1)[1:]
