@@ -3,6 +3,9 @@
 # make docs    writes the pages made from the code; make pictures draws those of the pages anew
 # make site    makes the web site of all pages, in build/site
 # make bench   times the engine beside UXsim and SUMO, writes docs/performance.md; QUICK=1: a few minutes
+# make check-package, check-minimum, check-pythons
+#              wheel and sdist; the tests of SOME with the oldest libraries allowed; and with every
+#              other supported Python that is found
 # make hashes  keeps what the shipped examples give now, where a change of the model is meant
 # make lock    resolves the dependencies anew (needs uv)
 #
@@ -21,15 +24,29 @@ PYTHON := $(shell for python in python3 python3.13 python3.12 python3.11; do \
 	$$python -c '$(SUPPORTED)' 2>/dev/null && echo $$python && break; done)
 endif
 
+#: of unit-test; with --numprocesses=2 --dist=loadfile it takes two cores
+PYTEST_OPTIONS :=
+
+RUNTIME_LOCK := requirements.lock
+TEST_LOCK := requirements-test.lock
+
+VERSIONS := 3.11 3.12 3.13
+OWN_VERSION = $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+
+# what tells one library, or one Python, from another: installation, hashes, readers, writers, pictures, theory
+SOME := $(addprefix tests/test_,$(addsuffix .py,packaging repeatability cli_commands library theory_links \
+	gmns_round_trip network_files osm_formats osm_shapes demand_omx demand_od_files demand_trip_list \
+	export_geopackage export_plots export_space_time export_documents page_content study_dask world_listings))
+
 # a stamp carries the interpreter's name, so that another PYTHON makes another environment
 CREATED := $(VENV)/.created-with-$(subst /,-,$(PYTHON))
 INSTALLED := $(VENV)/.installed
 INSTALLED_FOR_TEST := $(VENV)/.installed-for-test
 
-.PHONY: help demo install test lint check-types check-layers audit unit-test docs pictures hashes site bench lock clean
+.PHONY: help demo install test lint check-types check-layers audit unit-test check-package check-some check-minimum check-pythons docs pictures hashes site bench lock clean
 
 help:
-	@sed -n 's/^# //p' Makefile
+	@sed -n '/^$$/q; s/^# //p' Makefile
 
 # modules are compiled when first used, not all of them on installation, so that must be allowed
 demo: $(INSTALLED)
@@ -55,7 +72,26 @@ audit: $(INSTALLED_FOR_TEST)
 	$(BIN)/python .ci/advisories.py requirements.lock requirements-test.lock
 
 unit-test: $(INSTALLED_FOR_TEST)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(PYTEST_OPTIONS)
+
+check-package: $(INSTALLED_FOR_TEST)
+	$(BIN)/python -m pytest tests/test_packaging.py tests/test_examples.py
+
+check-some: $(INSTALLED_FOR_TEST)
+	$(BIN)/python -m pytest $(SOME) -k "not checked_by_the_types"
+
+check-minimum:
+	$(MAKE) VENV=$(VENV)-minimum RUNTIME_LOCK=requirements-minimum.lock TEST_LOCK=requirements-minimum.lock check-some
+
+check-pythons: $(addprefix check-python-,$(filter-out $(OWN_VERSION),$(VERSIONS)))
+
+# by its name, or where pyenv keeps it
+check-python-%:
+	@for python in python$* "$$HOME"/.pyenv/versions/$*.*/bin/python; do \
+		if "$$python" -c 'import sys; sys.exit("%d.%d" % sys.version_info[:2] != "$*")' 2>/dev/null; then \
+			exec $(MAKE) VENV=$(VENV)-$* PYTHON="$$python" check-some; \
+		fi; \
+	done; echo "Python $* is not here: not tried"
 
 docs: $(INSTALLED)
 	$(BIN)/python docs/generate.py
@@ -96,11 +132,11 @@ $(CREATED):
 	$(PYTHON) -m venv --clear $(VENV)
 	@touch $@
 
-$(INSTALLED): $(CREATED) requirements.lock pyproject.toml
-	$(INSTALL) --require-hashes -r requirements.lock
+$(INSTALLED): $(CREATED) $(RUNTIME_LOCK) pyproject.toml
+	$(INSTALL) --require-hashes -r $(RUNTIME_LOCK)
 	$(INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-$(INSTALLED_FOR_TEST): $(INSTALLED) requirements-test.lock
-	$(INSTALL) --require-hashes -r requirements-test.lock
+$(INSTALLED_FOR_TEST): $(INSTALLED) $(TEST_LOCK)
+	$(INSTALL) --require-hashes -r $(TEST_LOCK)
 	@touch $@

@@ -17,10 +17,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from cases import city
 
 if TYPE_CHECKING:
     from uxsim_geo.demand.demand import Demand
@@ -30,31 +31,6 @@ if TYPE_CHECKING:
 SIZE, ZONES = 100, 200
 STEPS = ("in memory", "to a file", "analysis")
 BIN = 300.0  # s
-
-
-def city() -> Network:
-    """A grid of streets, 250 m a block."""
-    from uxsim_geo.network.network import Network
-
-    number = np.arange(SIZE * SIZE).reshape(SIZE, SIZE)
-    pairs = [(number[:-1], number[1:]), (number[:, :-1], number[:, 1:])]
-    pairs += [(end, start) for start, end in pairs]
-    start, end = (np.concatenate([pair[side].ravel() for pair in pairs]) for side in (0, 1))
-    links = pd.DataFrame({"from_node_id": start.astype(str), "to_node_id": end.astype(str)})
-    links["link_id"] = links["from_node_id"] + "-" + links["to_node_id"]
-    links = links.assign(length=250.0, free_speed=20.0, jam_density=0.2, lanes=2)
-    links = links.assign(merge_priority=1.0, capacity=np.nan)
-    return Network(pd.DataFrame({"node_id": number.ravel().astype(str)}), links)
-
-
-def demand_between_zones(vehicles: float) -> Demand:
-    """Trips between all pairs of zones, a million an hour."""
-    from uxsim_geo.demand.demand import Demand
-
-    zones = np.random.default_rng(8).choice(SIZE * SIZE, ZONES, replace=False).astype(str)
-    start, end = (zones[rows] for rows in np.nonzero(~np.eye(ZONES, dtype=bool)))
-    table = pd.DataFrame({"origin": start, "destination": end, "start_s": 0.0})
-    return Demand(table.assign(end_s=3600 * vehicles / 1e6, vehicles=vehicles / len(table)))
 
 
 def peak_mb() -> float:
@@ -97,12 +73,16 @@ def analyse(network: Network, settings: Settings, folder: Path) -> dict[str, flo
 
 def one_step(step: str, vehicles: float, platoon: int, folder: Path) -> dict[str, float]:
     """Do one step in this process."""
+    from uxsim_geo.demand.demand import Demand
+    from uxsim_geo.network.network import Network
     from uxsim_geo.settings import Settings
 
-    network, settings = city(), Settings(3600 * (vehicles / 1e6 + 1), platoon)
+    period = 3600 * vehicles / 1e6
+    tables = city(SIZE, ZONES, vehicles, period)
+    network, settings = Network(tables.nodes, tables.links), Settings(period + 3600, platoon)
     if step == "analysis":
         return analyse(network, settings, folder)
-    demand = demand_between_zones(vehicles)
+    demand = Demand(tables.demand)
     return simulate(network, demand, settings, folder, to_file=step == "to a file")
 
 

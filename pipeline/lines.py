@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import TextIO
+
+#: control characters, by which a terminal is made to do things, and marks that turn letters round
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+
+
+def readable(text: str) -> str:
+    """Return text whose control characters, which names in a file may hold, are written out."""
+    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def show(text: str, stream: TextIO) -> None:
@@ -13,7 +22,7 @@ def show(text: str, stream: TextIO) -> None:
     A run whose lines nobody reads any more, as in ``run ... | head -1``, still makes its files.
     """
     try:
-        print(text, file=stream, flush=True)
+        print(readable(text), file=stream, flush=True)
     except BrokenPipeError:
         # what is left in the buffer would fail once more when the interpreter ends
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol, TextIO
 
-from pipeline.lines import show
+from pipeline.lines import readable, show
 from uxsim_geo.network.units import KMH
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ class Terminal:
 
     def say(self, text: str) -> None:
         """Print the line above the bar."""
-        self.bar.console.print(text, highlight=False, markup=False, soft_wrap=True)
+        self.bar.console.print(readable(text), highlight=False, markup=False, soft_wrap=True)
 
     def simulated(self, progress: Progress) -> None:
         """Move the bar; it is shown from the first call to the end of the simulation."""

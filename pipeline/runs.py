@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
+from pipeline.lines import readable
 from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.files import replace_when_complete, sha256_of
 
@@ -126,7 +127,7 @@ class RunFolder:
         self.create()
         now = datetime.now(UTC).isoformat(timespec="seconds")
         with (self / name).open("a", encoding="utf-8") as log:
-            log.writelines(f"{now} {line}\n" for line in text.splitlines())
+            log.writelines(f"{now} {readable(line)}\n" for line in text.splitlines())
 
     def output_records(self, names: Iterable[str]) -> dict[str, FileRecord]:
         """Record files of this folder by their names in it."""

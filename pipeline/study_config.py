@@ -100,7 +100,7 @@ class StudyConfig(LocatedSection):
         "processes",
         pattern=r"^(none|processes|dask|(tcp|tls|ws|wss|inproc|ucx)://\S+)$",
         description="processes; none: one run after the other; dask: a cluster on this machine; "
-        "or the address of a Dask scheduler, as tcp://10.0.0.1:8786",
+        "or the address of a Dask scheduler, as tls://10.0.0.1:8786",
     )
     workers: int | None = Field(
         None, ge=1, description="processes on this machine; none: as many as it has cores"

@@ -125,7 +125,7 @@ def _client(address: str | None, workers: int) -> Client:
         else:
             client = Client(address, timeout=PATIENCE_S)
         client.wait_for_workers(1, timeout=PATIENCE_S)
-    except (OSError, TimeoutError, ValueError) as error:
+    except (OSError, TimeoutError, ValueError, TypeError) as error:  # TypeError: no certificate
         what = f"no Dask cluster with workers there: {error}"
         raise InputError([Fault(what, "scheduler", value=address)]) from None
     return client

@@ -251,11 +251,13 @@ class _Reader:
         if isinstance(node, yaml.MappingNode):
             return self.mapping(node, place)
         if isinstance(node, yaml.SequenceNode):
+            self._check_tag(node, "seq")
             return [self._item(item, (*place, i)) for i, item in enumerate(node.value)]
         return self._scalar(node)
 
     def mapping(self, node: yaml.MappingNode, place: Place) -> dict[str, object]:
         values: dict[str, object] = {}
+        self._check_tag(node, "map")
         for key_node, value_node in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
                 self._add("a key must be a single word", key_node)
@@ -288,6 +290,11 @@ class _Reader:
                 return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
         self._add("tags are not understood here; write a plain value", node)
         return None
+
+    def _check_tag(self, node: yaml.Node, plain: str) -> None:
+        """Note a tag of a list or mapping, which would make something else of it."""
+        if node.tag != f"{_TAG}{plain}":
+            self._add(f"tags are not understood here, as {node.tag}; leave it out", node)
 
     def _add(self, what: str, node: yaml.Node) -> None:
         shown = node.value if isinstance(node, yaml.ScalarNode) else None

@@ -52,6 +52,15 @@ def test_moments_in_every_way_of_writing(tmp_path: Path, way: str) -> None:
     assert table["vehicles"].tolist() == [1.0, 1.0, 1.0]
 
 
+def test_moments_keep_their_microseconds(tmp_path: Path) -> None:
+    """As seconds since 1970 they would be rounded to 0.24 µs."""
+    lines = [f"a,b,2024-05-14T06:30:00.{part:06d}" for part in (1, 2, 999_999)]
+    path = tmp_path / "trips.csv"
+    path.write_text("\n".join(["origin,destination,time", *lines]), encoding="utf-8")
+    found = read_trip_list(path, TripListOptions("2024-05-14T06:30"))
+    assert found.table["start_s"].tolist() == [1e-6, 2e-6, 0.999999]
+
+
 def test_parquet_has_moments_of_its_own(tmp_path: Path) -> None:
     table = pd.DataFrame({"origin": ["a", "c"], "destination": ["b", "a"]})
     table["time"] = pd.to_datetime(

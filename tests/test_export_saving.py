@@ -52,3 +52,18 @@ def test_another_format_is_refused(name: str, tmp_path: Path) -> None:
         save_figure(state_figure(), tmp_path / name)
     assert refused.value.faults[0].value == name
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_names_with_dollars_are_no_formulas(ending: str, tmp_path: Path) -> None:
+    name = r"US$ \frac{$ and A$_^$"
+    figure = Figure(layout="constrained")
+    axes = figure.subplots()
+    axes.plot([0, 1], label=name)
+    axes.set(title=name, xlabel=name, xticks=[0, 1], xticklabels=[name, name])
+    axes.annotate(name, (0, 0))
+    axes.legend(title=name)
+    figure.suptitle(name)
+    save_figure(figure, tmp_path / f"plot.{ending}")
+    if ending == "svg":
+        assert (tmp_path / "plot.svg").read_text().count(f"<!-- {name} -->") == 8

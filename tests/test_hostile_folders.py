@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_run import run_small
+from small_run import run_small, write_small_run
 from study_files import STUDY, manifest, study, write_study
 
 from pipeline.runs import FileRecord, is_unchanged
@@ -99,6 +99,19 @@ def test_what_is_no_file_is_not_read_to_its_end(tmp_path: Path, what: str) -> No
         path = tmp_path / "pipe"
         os.mkfifo(path)
     assert not is_unchanged(FileRecord(str(path), "", path.stat().st_size), path)
+
+
+def test_names_in_files_do_not_steer_a_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_run(tmp_path)
+    (tmp_path / "od.csv").write_text("origin,destination,\x1b]0;x\x07,\u202ev\n1,2,3,4\n")
+    edit = "ingest.demand=[{od: {file: od.csv}, demand_period_s: 600}]"
+    assert run_small(tmp_path, "--set", edit) == 2
+    shown = capsys.readouterr().err
+    assert "\\x1b]0;x\\x07" in shown
+    assert "\x1b" not in shown
+    assert "\u202e" not in shown
 
 
 SOURCE = """<OGRVRTDataSource><OGRVRTLayer name="roads"><SrcDataSource>{source}</SrcDataSource>

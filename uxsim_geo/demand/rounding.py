@@ -54,18 +54,16 @@ def round_keeping_totals(
     edge_keys = np.concatenate([keys[open_edges], slack_keys[slack_rows]]) ^ ROUNDING
     graph = _graph_of(parts, np.concatenate([ends, slack_ends], axis=1))
     trail = _Trail(*(np.full(graph.degree.size, -1) for _ in range(3)))
-    _round_fractions(graph, trail, edge_keys, part_of)
+    draws_made = np.zeros(part_of.size, np.uint64)  # in each part
+    _round_fractions(graph, trail, edge_keys, part_of, draws_made)
     whole[open_edges] += parts[: open_edges.size]
     return np.rint(whole).astype(np.int64)
 
 
 def _connected_parts(ends: npt.NDArray[np.int64], vertices: int) -> npt.NDArray[np.int64]:
-    """Number the parts of a graph that hang together; the part of every vertex."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(vertices, vertices))
-    part_of: npt.NDArray[np.int64] = connected_components(graph, directed=False)[1].astype(np.int64)
+    """Number the parts of a graph that hang together, by their first vertices; part of each."""
+    part_of = np.arange(vertices)
+    _join_parts(ends, part_of)
     return part_of
 
 
@@ -98,10 +96,39 @@ def _graph_of(parts: npt.NDArray[np.float64], ends: npt.NDArray[np.int64]) -> _G
     return _Graph(parts, ends, order % parts.size, places.reshape(2, -1), first, degree)
 
 
-@entry(digest_of_sources(Path(__file__)))
-def _round_fractions(graph, trail, keys, part_of):  # type: ignore[no-untyped-def]
+# compiled code that makes arrays of its own needs half of numba when it is loaded
+_entry = entry(digest_of_sources(Path(__file__)))
+
+
+@_entry
+def _join_parts(ends, parent):  # type: ignore[no-untyped-def]
+    """Turn vertices, each its own parent, into the numbers of the parts that edges make of them.
+
+    A tree's root is its lowest vertex (union-find with path halving: Tarjan and van Leeuwen 1984).
+    """
+    for edge in range(ends.shape[1]):
+        one, other = _root(parent, ends[0, edge]), _root(parent, ends[1, edge])
+        parent[max(one, other)] = min(one, other)
+    parts = 0
+    for vertex in range(parent.size):  # what stands before it has its number already
+        if parent[vertex] == vertex:
+            parent[vertex] = parts
+            parts += 1
+        else:
+            parent[vertex] = parent[parent[vertex]]
+
+
+@_inner
+def _root(parent, vertex):  # type: ignore[no-untyped-def]
+    while parent[vertex] != vertex:
+        parent[vertex] = parent[parent[vertex]]
+        vertex = parent[vertex]
+    return vertex
+
+
+@_entry
+def _round_fractions(graph, trail, keys, part_of, draws_made):  # type: ignore[no-untyped-def]
     """Turn all parts into 0 or 1: walk along open edges, and settle every cycle or path met."""
-    draws_made = np.zeros(part_of.size, np.uint64)  # in each connected part
     for start in range(part_of.size):
         while graph.degree[start] > 0:
             begin, length, leaf = _walk(graph, trail, start)

@@ -10,7 +10,7 @@ nodes counts with its part at each of their pairs, as every other vehicle does.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -156,8 +156,7 @@ def _departures(
     else:
         own = DATE.fullmatch(begin)
         zoned = own is not None and own[1] is not None
-        seconds = _dates(values, zoned=zoned)
-        start = float(_dates(np.array([begin], object), zoned=zoned)[0])
+        seconds, start = _after(_dates(values, zoned=zoned), _dates([begin], zoned=zoned)[0])
     if np.isnan(start):
         what = "must be a time of day such as 06:30, or a date and time such as 2024-05-14T06:30"
         faults.add(what, column="begin", value=begin)
@@ -178,14 +177,23 @@ def _clock(text: str) -> float:
     return int(found[1]) * 3600.0 + int(found[2]) * 60.0 + float(found[3] or 0.0)
 
 
-def _dates(values: npt.NDArray[np.object_], *, zoned: bool) -> Floats:
-    """Seconds since 1970 of dates with times, with a zone or without as asked; NaN for others."""
-    found = [DATE.fullmatch(str(text).strip()) for text in values]
+def _dates(values: Iterable[object], *, zoned: bool) -> pd.DatetimeIndex:
+    """Dates with times, with a zone or without as asked; NaT for others."""
+    texts = [str(text).strip() for text in values]
+    found = [DATE.fullmatch(text) for text in texts]
     fits = np.array([one is not None and (one[1] is not None) == zoned for one in found], bool)
-    texts = pd.Series([str(text).strip() for text in values], dtype="str").where(fits)
-    moments = pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
-    since = (moments - pd.Timestamp(0, tz="UTC")).dt.total_seconds()
-    return np.asarray(since.to_numpy(np.float64, na_value=np.nan), np.float64)
+    kept = pd.Series(texts, dtype="str").where(fits)
+    return pd.DatetimeIndex(pd.to_datetime(kept, format="ISO8601", utc=True, errors="coerce"))
+
+
+def _after(moments: pd.DatetimeIndex, begin: pd.Timestamp) -> tuple[Floats, float]:
+    """Seconds from the beginning to moments, and 0; NaN for those that are NaT.
+
+    As seconds since 1970 both would be rounded to a quarter of a microsecond.
+    """
+    start = float("nan") if pd.isna(begin) else 0.0
+    since = moments - (pd.Timestamp(0, tz="UTC") if pd.isna(begin) else begin)
+    return np.asarray(since.total_seconds(), np.float64), start
 
 
 def _outside(

@@ -16,7 +16,7 @@ from uxsim_geo.errors import Fault, InputError
 from uxsim_geo.export.gif import Picture, write_gif
 from uxsim_geo.export.map_sheet import MapSheet
 from uxsim_geo.export.mp4 import ffmpeg, write_mp4
-from uxsim_geo.export.saving import checked_ending
+from uxsim_geo.export.saving import checked_ending, take_as_written
 from uxsim_geo.files import replace_when_complete
 
 if TYPE_CHECKING:
@@ -95,6 +95,7 @@ def _drawn(film: MovingMap, progress: Progress | None) -> Iterator[Picture]:
 
     figure = film.sheet.figure
     figure.set_dpi(DPI)
+    take_as_written(figure)
     canvas: Any = FigureCanvasAgg(figure)  # its methods are not typed
     for artist in film.artists:  # not a part of the background
         artist.set_animated(True)

@@ -209,12 +209,13 @@ def draw_named_nodes(
 
 def _circle(plane: MapPlane, units_per_point: float, widest: float) -> float:
     """Diameter of a node's circle, points: the nearest two do not overlap, if names fit in."""
-    from scipy.spatial import KDTree
+    import shapely
 
-    points = np.unique(plane.points, axis=0)
+    points = shapely.points(np.unique(plane.points, axis=0))
     if len(points) < 2:
         return widest
-    nearest = KDTree(points).query(points, k=2)[0][:, 1].min() / units_per_point
+    apart = shapely.STRtree(points).query_nearest(points, exclusive=True, return_distance=True)[1]
+    nearest = apart.min() / units_per_point
     return float(np.clip(nearest - 1.0, 0.75 * widest, widest))
 
 

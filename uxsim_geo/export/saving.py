@@ -33,9 +33,21 @@ def save_figure(figure: Figure, path: Path) -> None:
     ending = checked_ending(path, tuple(METADATA), "a figure")
     import matplotlib as mpl
 
+    take_as_written(figure)
     salted = mpl.rc_context({"svg.hashsalt": HASH_SALT})
     with replace_when_complete(path) as temporary, salted:
         figure.savefig(temporary, format=ending[1:], dpi=DPI, metadata=METADATA[ending])
+
+
+def take_as_written(figure: Figure) -> None:
+    """Let all texts of a figure stand for themselves: names with two $ would be read as formulas.
+
+    To be called when all texts but those of ticks are there, and none has been drawn.
+    """
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)
 
 
 def checked_ending(path: Path, endings: tuple[str, ...], what: str) -> str:

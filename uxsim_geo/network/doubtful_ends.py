@@ -156,6 +156,8 @@ def _ways_round(network: Network, ends: Ends, gaps: Gaps, places: Floats) -> Flo
 
     ``places``: share of the link before the place. Infinite beyond :data:`WAY_ROUND`.
     """
+    if not len(gaps.node):
+        return np.empty(0)
     length = np.maximum(np.nan_to_num(numbers(network.links["length"])), SHORTEST)
     roads = shortest_roads(ends, length)
     around = _Neighbours((roads + roads.T).tocsr())

@@ -24,6 +24,7 @@ from uxsim_geo.network.incidence import (
 )
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.one_part import is_one_part
 from uxsim_geo.network.rows import count, numbers
 
 #: why a piece fell out
@@ -45,7 +46,7 @@ def keep_largest_part(network: Network, notes: Notes) -> Network:
     if not len(ends.start):
         return network
     turns = turns_of(network, ends)
-    graph = _open_turns(network, ends, turns)
+    graph = _graph(*_open_turns(network, ends, turns), len(ends.start))
     core = _largest(graph, _lane_length(network))
     if core.sum() == 1:  # a link alone is no part: nowhere does one come back to it
         note = "no two links lead to one another: everything is kept"
@@ -66,20 +67,24 @@ def strong_parts(network: Network, ends: Ends, turns: Turns) -> tuple[int, float
 
     And the share of the length of all links that is in the greatest of them.
     """
-    from scipy.sparse.csgraph import connected_components
-
     if not len(ends.start):
         return 0, 0.0
-    graph = _open_turns(network, ends, turns)
-    parts, label = connected_components(graph, directed=True, connection="strong")
+    before, after = _open_turns(network, ends, turns)
+    if is_one_part(before, after, len(ends.start)):
+        parts, label = 1, np.zeros(len(ends.start), int)
+    else:
+        from scipy.sparse.csgraph import connected_components
+
+        graph = _graph(before, after, len(ends.start))
+        parts, label = connected_components(graph, directed=True, connection="strong")
     lengths = np.bincount(label, weights=np.nan_to_num(numbers(network.links["length"])))
     return int(parts), float(lengths.max() / lengths.sum()) if lengths.sum() else 0.0
 
 
-def _open_turns(network: Network, ends: Ends, turns: Turns) -> Any:
-    """Which link leads to which over nodes that may be passed, as a sparse matrix."""
+def _open_turns(network: Network, ends: Ends, turns: Turns) -> tuple[Rows, Rows]:
+    """Which link leads to which over nodes that may be passed."""
     passed = ~turns.banned & ~_closed(network)[ends.end[turns.before]]
-    return _graph(turns.before[passed], turns.after[passed], len(ends.start))
+    return turns.before[passed], turns.after[passed]
 
 
 def _closed(network: Network) -> Flags:

@@ -8,10 +8,12 @@ road lies far apart on the map; angles and crossings mean nothing.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 #: more pivots than this change the picture little
 PIVOTS = 48
@@ -29,6 +31,9 @@ def schematic_layout(
 
     The same network always gets the same map. Parts that no link ties together lie side by side.
     """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     length = np.maximum(length, SHORTEST)
     edges = coo_array((length, (from_node, to_node)), shape=(nodes, nodes)).tocsr()
     parts, part_of = connected_components(edges, directed=False)
@@ -68,6 +73,8 @@ def _lay_out_part(edges: csr_array) -> np.ndarray:
 
 def _pivot_distances(edges: csr_array) -> tuple[list[int], np.ndarray]:
     """Pivots, each the node farthest from those before, and distances; (nodes, pivots)."""
+    from scipy.sparse.csgraph import dijkstra
+
     nodes = edges.shape[0]
     columns: list[np.ndarray] = []
     nearest = np.full(nodes, np.inf)

@@ -23,6 +23,7 @@ import pandas as pd
 
 from uxsim_geo.network.bans import Way, ban_paths, beginning_after
 from uxsim_geo.network.network import Network
+from uxsim_geo.network.one_part import is_one_part
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -117,6 +118,9 @@ class Paths:
 
     def lead(self, origin: Ints, destination: Ints) -> npt.NDArray[np.bool_]:
         """Say of pairs of nodes, (pairs,) each, whether a path leads from the one to the other."""
+        driven = self.head >= 0
+        if is_one_part(self.tail[driven], self.head[driven], self.node.size):
+            return np.ones(len(origin), bool)
         from scipy.sparse.csgraph import breadth_first_order, connected_components
 
         graph, _ = self._edges

@@ -13,6 +13,7 @@ from uxsim_geo.network.centroids import Loading, load_zones, zones_of
 from uxsim_geo.network.coordinates import Coordinates, read_coordinates
 from uxsim_geo.network.network import LINK_COLUMNS, NODE_COLUMNS, Network
 from uxsim_geo.network.notes import Notes
+from uxsim_geo.network.one_part import is_one_part
 from uxsim_geo.network.rows import is_among
 from uxsim_geo.network.tntp_flow import add_unknown_link_faults, read_flow, with_flow
 from uxsim_geo.network.tntp_links import links_table
@@ -143,10 +144,12 @@ def _positions(nodes: pd.DataFrame, links: pd.DataFrame) -> tuple[np.ndarray, np
 
 def _note_parts(nodes: pd.DataFrame, links: pd.DataFrame, notes: Notes) -> None:
     """Parts that no link ties together, and parts that cannot be left or reached."""
+    start, end = _positions(nodes, links)
+    if is_one_part(start, end, len(nodes)):
+        return
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    start, end = _positions(nodes, links)
     graph = coo_array((np.ones(len(links)), (start, end)), shape=(len(nodes), len(nodes)))
     for connection, what in (
         ("weak", "parts that no link ties together"),

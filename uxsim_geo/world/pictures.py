@@ -53,8 +53,9 @@ def folder(world: World) -> Path:
 
 def finish(world: World, figure: Figure, name: str) -> Figure:
     """Save a figure to the world's folder and show it, if the world says so."""
-    from uxsim_geo.export.saving import save_figure
+    from uxsim_geo.export.saving import save_figure, take_as_written
 
+    take_as_written(figure)
     if world.save_mode:
         folder(world).mkdir(parents=True, exist_ok=True)
         save_figure(figure, folder(world) / f"{_file_name(name)}.png")
