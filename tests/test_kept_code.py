@@ -21,7 +21,7 @@ def times(number):
 
 print(times(21), sum(times.stats.cache_hits.values()))
 """
-FIRST = "compiling the test, once for this version: about 10 s"
+FIRST = "compiling the test, once for this version: about 15 s"
 
 
 class Program:

@@ -37,7 +37,7 @@ def entry(sources: str, announced: str = "", **options: Any) -> Decorator:
     sources
         a digest of all that the code is compiled from: where it changes, the code is made anew
     announced
-        what is compiled, in words for the user, where that takes so long that one wonders
+        what is compiled, in words for the user, who is told once where that takes its time
 
     Where no folder can be written to, it is compiled anew in every process.
     """

@@ -16,6 +16,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -121,12 +122,16 @@ def _remove_unused(folder: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+@cache
 def _announce(what: str, folder: Path) -> None:
-    """Say that the user has to wait: as a warning, which is shown where nobody asks for logs."""
+    """Say, once a process, that the user has to wait.
+
+    It is a warning since those are shown where nobody asks for logs.
+    """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
         often = "once for this version"
     except OSError as error:
         often = f"in every process, since it cannot be kept in {folder} ({error.strerror})"
-    logging.getLogger(__name__).warning("compiling %s, %s: about 10 s", what, often)
+    logging.getLogger(__name__).warning("compiling %s, %s: about 15 s", what, often)

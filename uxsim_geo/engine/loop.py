@@ -7,7 +7,7 @@ from uxsim_geo.engine.changes import refresh_queues, sense_state
 from uxsim_geo.engine.close import finish_run
 from uxsim_geo.engine.foresight import call_choices, call_exits, call_queues
 from uxsim_geo.engine.node import visit
-from uxsim_geo.engine.records import Calendar, World, announced, compiled, spliced
+from uxsim_geo.engine.records import Calendar, World, compiled, spliced
 
 
 @spliced
@@ -77,7 +77,7 @@ def next_pending(calendar: Calendar, v):
             v += 1
 
 
-@announced
+@compiled
 def run_until(w):
     """See `advance`."""
     return advance(w)

@@ -29,8 +29,7 @@ kernel = inner(forceinline=True, **_OPTIONS)
 spliced = inner(inline="always", **_OPTIONS)
 _SOURCES = digest_of_sources(*sorted(Path(__file__).parent.glob("*.py")))
 # what Python calls: functions of a world, or of parts of it, compiled when they are first called
-compiled = entry(_SOURCES, nogil=True, **_OPTIONS)
-announced = entry(_SOURCES, "the engine", nogil=True, **_OPTIONS)
+compiled = entry(_SOURCES, "the engine", nogil=True, **_OPTIONS)
 
 #: a platoon in a queue: in a link, or waiting in its origin
 PLATOON = np.dtype(
