@@ -153,6 +153,15 @@ def test_code_of_another_user_is_not_run(program: Program) -> None:
     assert path.stat().st_uid == 0
 
 
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_code_that_others_can_write_to_is_not_run(program: Program) -> None:
+    program.run()
+    [path] = program.files()
+    path.chmod(0o620)
+    assert program.run() == ("42 0", FIRST)
+    assert program.run() == ("42 1", "")
+
+
 def test_the_code_that_was_used_last_stays(program: Program) -> None:
     program.run()
     [used] = program.files()

@@ -12,6 +12,7 @@ import hashlib
 import logging
 import os
 import pickle  # nosec B403 # see load_overload
+import stat
 import sys
 import tempfile
 from collections.abc import Callable
@@ -93,6 +94,7 @@ class KeptCode(NullCache):
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             with replace_when_complete(path) as temporary:
                 temporary.write_bytes(hashlib.sha256(content).digest() + content)
+                temporary.chmod(0o600)  # or it would not be believed
             _remove_unused(path.parent)
 
     def _path(self, sig: Any, codegen: Any) -> Path:
@@ -102,9 +104,15 @@ class KeptCode(NullCache):
 
 
 def _own_content(path: Path) -> bytes | None:
-    """Read a file of this user's, or the system's, if it is there and whole, and note its use."""
+    """Read a file that only this user or the system can have written, if it is there and whole.
+
+    Its use is noted.
+    """
     with suppress(OSError), path.open("rb") as file:
-        if hasattr(os, "geteuid") and os.fstat(file.fileno()).st_uid not in (0, os.geteuid()):
+        told = os.fstat(file.fileno())
+        if hasattr(os, "geteuid") and told.st_uid not in (0, os.geteuid()):
+            return None
+        if os.name == "posix" and told.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             return None
         found = file.read()
         digest, content = found[:_DIGEST_BYTES], found[_DIGEST_BYTES:]
