@@ -23,7 +23,7 @@ from pipeline.config_keys import Reading, Section, existing_file
 from pipeline.control_config import ControlSection
 from pipeline.control_config_faults import CONTROL, class_faults
 from pipeline.yaml_source import Place, YamlSource, place_in_words, read_yaml, set_value
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import MOST_FAULTS, Fault, InputError
 from uxsim_geo.files import replace_when_complete
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -36,6 +36,7 @@ _PLAINLY = {
     "model_type": "must be a section (keys and values)",
     "path_type": "must be the path of a file",
     "string_pattern_mismatch": "must not be empty, hold other characters, or begin with - or .",
+    "timezone_aware": "must name its zone, as in 2024-05-01T07:00:00+02:00, or with Z for UTC",
     "tuple_type": "must be a list, as [a, b]",
 }
 
@@ -190,12 +191,21 @@ def validated(
         return model.model_validate(values, context=reading)
     except ValidationError as error:
         found = [
-            _fault(details, at, reading.document)
+            details
             for details in error.errors()
             if not (_follows(details) or _of_another_form(details))
         ]
-        faults += sorted(found, key=_by_line)
+        found.sort(key=lambda details: _origin(details, at, reading.document)[1] or 0)
+        faults += [_fault(details, at, reading.document) for details in found[:MOST_FAULTS]]
+        if len(found) > MOST_FAULTS:
+            what = f"and {len(found) - MOST_FAULTS:,} more faults"
+            faults.append(Fault(what, reading.document.source))
     return None
+
+
+def _origin(details: ErrorDetails, at: At, document: YamlSource) -> tuple[str, int | None]:
+    """Source and line of what is at fault."""
+    return document.origin(document.as_written((*at.place, *_keys_alone(details))))
 
 
 def _one_or_many(key: FieldInfo) -> bool:
@@ -243,7 +253,3 @@ def _of_another_form(details: ErrorDetails) -> bool:
 def _follows(details: ErrorDetails) -> bool:
     """Tell whether a list is only said to be too short because its entries are at fault."""
     return details["type"] == "too_short" and bool(details["input"])
-
-
-def _by_line(fault: Fault) -> int:
-    return fault.line or 0

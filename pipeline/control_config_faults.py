@@ -61,7 +61,8 @@ def as_written(faults: Iterable[Fault], section: SimulateSection) -> list[Fault]
     line (from 1) and its field as their column; others stay as they are.
     """
     told = [_as_written(fault, section) for fault in faults]
-    return sorted(told, key=lambda fault: (fault.source, fault.line or 0))
+    # how many more there are stands at no place, and comes last
+    return sorted(told, key=lambda fault: (not fault.source, fault.source, fault.line or 0))
 
 
 def _as_written(fault: Fault, section: SimulateSection) -> Fault:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.config import Config
 from pipeline.edits_config import TableEdit
 from pipeline.yaml_source import Place, place_in_words
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import Fault, InputError, told_in_part
 from uxsim_geo.network.rows import count
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def apply_edits(network: Network, demand: Demand, edits: Sequence[PlacedEdit]) -
         work.demand, changes = without_routes_over(work.demand, work.gone)
         work.changes.append(changes.assign(edit=_last_removal(edits)))
     if faults:
-        raise InputError(faults)
+        raise InputError(told_in_part(faults))
     if edits:
         check_network(work.network)
         check_demand(work.demand, work.network)

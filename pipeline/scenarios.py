@@ -17,7 +17,7 @@ from pipeline.scenario_control import ControlEdits
 from pipeline.scenario_names import Composition, StudyPlace
 from pipeline.scenario_settings import with_settings
 from pipeline.yaml_source import Place, place_in_words
-from uxsim_geo.errors import Fault, InputError
+from uxsim_geo.errors import Fault, InputError, told_in_part
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,7 +86,7 @@ def read_scenarios(
     if not faults:
         faults += Composition(scenarios, study, place).faults()
     if faults:
-        raise InputError(sorted(faults, key=lambda fault: fault.line or 0))
+        raise InputError(told_in_part(sorted(faults, key=lambda fault: fault.line or 0)))
     return scenarios
 
 

@@ -17,6 +17,10 @@ from uxsim_geo.network.text import read_lines
 Place = tuple[str | int, ...]
 
 
+#: of a file; YAML is read slowly
+MOST_CHARACTERS = 1_000_000
+
+
 @dataclass
 class YamlSource:
     """A YAML document as plain dicts, lists, texts, numbers, booleans and None.
@@ -116,6 +120,11 @@ def read_yaml(path: Path) -> YamlSource:
     """
     faults = Faults(str(path))
     text = read_lines(path, faults)
+    if text is not None and sum(map(len, text)) > MOST_CHARACTERS:
+        faults.add(
+            f"has over {MOST_CHARACTERS:,} characters, more than a configuration needs: is it the "
+            "right file? Choose many links by where, street or polygon, not by their ids"
+        )
     faults.raise_if_any()
     return yaml_of("\n".join(text or []), str(path))
 

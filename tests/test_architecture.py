@@ -20,12 +20,19 @@ KERNELS = (
     "changes",
     "choice",
     "close",
+    "detours",
+    "elimination",
+    "foresight",
+    "free_flow",
+    "history",
     "link",
     "loop",
     "node",
     "random",
     "records",
     "routes",
+    "searches",
+    "sweep",
     "trees",
 )
 #: what turns tables into arrays, and back, and runs the kernels
@@ -34,19 +41,28 @@ PYTHON_SIDE = (
     "application",
     "arrays",
     "binding",
+    "hierarchy",
+    "memory",
     "plans",
     "population",
+    "router",
     "saved",
     "setting",
+    "sharing",
     "simulation",
     "sinks",
+    "slots",
     "steering",
     "tables",
     "ways",
 )
-KERNELS_MAY_IMPORT = {"numpy", "uxsim_geo", "uxsim_geo.compiling", "uxsim_geo.draws"} | {
-    f"uxsim_geo.engine.{kernel}" for kernel in KERNELS
-}
+KERNELS_MAY_IMPORT = {
+    "numpy",
+    "numpy.typing",
+    "uxsim_geo",
+    "uxsim_geo.compiling",
+    "uxsim_geo.draws",
+} | {f"uxsim_geo.engine.{kernel}" for kernel in KERNELS}
 
 #: what takes long to import and must wait until it is needed
 HEAVY = {"geopandas", "matplotlib", "pyogrio", "pyproj", "pyvista", "vtk"}

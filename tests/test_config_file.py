@@ -216,7 +216,7 @@ def test_start_keeps_its_instant_and_its_zone_and_needs_one(tmp_path: Path) -> N
     assert load_config(tmp_path / "resolved.yaml").report.start.isoformat() == (
         "2024-05-01T07:00:00+02:00"
     )
-    assert "timezone" in only_fault(tmp_path, CONFIG, "report.start=2024-05-01T07:00:00")
+    assert "must name its zone" in only_fault(tmp_path, CONFIG, "report.start=2024-05-01T07:00:00")
 
 
 @pytest.mark.parametrize("name", ["../up", "a/b", "", ".hidden"])

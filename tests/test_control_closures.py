@@ -73,8 +73,8 @@ def test_an_incident_on_several_links_leaves_each_its_share() -> None:
 
 
 def test_an_incident_that_leaves_no_lane_is_a_closure() -> None:
-    assert_names(faults_of(Incident(["a", "b"], 2), SITE), ["links a, b: write a Closure"])
-    assert_names(faults_of(Incident(["a", "b"], 1), SITE), ["link a: write a Closure"])
+    assert_names(faults_of(Incident(["a", "b"], 2), SITE), ["links a, b: close it instead"])
+    assert_names(faults_of(Incident(["a", "b"], 1), SITE), ["link a: close it instead"])
     for lanes in (0, -1, 1.5):
         assert "column lanes_closed" in faults_of(Incident(["c"], lanes), SITE)
     assert len(bind(Incident(["b"], 1), SITE)) == 1

@@ -182,7 +182,7 @@ def test_zones_from_files(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read as a table"):
         read_zones(write(tmp_path, "text.gpkg", "no database"))
     table_without = write(tmp_path, "zones.csv", "zone\n1\n")
-    with pytest.raises(InputError, match="has no geometry"):
+    with pytest.raises(InputError, match="convert it to GeoPackage"):
         read_zones(table_without)
 
 

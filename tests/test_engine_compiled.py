@@ -39,6 +39,18 @@ def test_the_compiler_changes_nothing(variable: str) -> None:
     assert printed.split() == [hash_of(run) for run in runs]
 
 
+@pytest.mark.parametrize("told", ["route_update_weight=0.5", "route_update_weight=0.3"])
+def test_the_compiler_changes_nothing_of_sweeps(told: str) -> None:
+    lines = (
+        "from test_engine_sweeps import Router, always_sweep",
+        "Router.prepare = always_sweep",
+        "net, dem, settings = random_case(4)",
+        f"print(hash_of(simulate(net, dem, replace(settings, {told}))))",
+    )
+    printed = {run_program(*lines, NUMBA_DISABLE_JIT=off) for off in ("0", "1")}
+    assert len(printed) == 1
+
+
 def test_compiled_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
     lines = (
         "from uxsim_geo.engine.loop import run_until, finish",

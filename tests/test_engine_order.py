@@ -15,6 +15,7 @@ from weights import weights_of
 
 from uxsim_geo.demand.demand import Demand
 from uxsim_geo.draws import CHOICE, combine, unit
+from uxsim_geo.engine import arrays
 from uxsim_geo.engine.simulation import Simulation, simulate
 from uxsim_geo.network.network import Network
 from uxsim_geo.result import Result
@@ -251,6 +252,15 @@ def test_full_buffers_change_nothing(seed: int) -> None:
     simulation.advance(settings.duration)
     assert simulation.world.links.platoon.size > used
     assert hash_of(simulation.result()) == hash_of(simulate(net, dem, settings))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_looking_ahead_changes_nothing(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    case = random_case(seed)
+    without = simulate(*case)
+    monkeypatch.setattr(arrays, "_IN_CACHE", -1)
+    assert Simulation(*case).world.links.clock["is_large"][0]
+    assert hash_of(simulate(*case)) == hash_of(without)
 
 
 def test_two_runs_and_two_threads_give_the_same_bytes() -> None:

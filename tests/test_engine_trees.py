@@ -41,7 +41,7 @@ def plain_distances(routes: Routes, target: int) -> np.ndarray:
     for arc in np.flatnonzero(open_):
         ends = int(routes.arc["head"][arc]), int(tail[arc])
         least[ends] = min(int(routes.arc["cost"][arc]), least.get(ends, int(UNREACHED)))
-    ends = np.array(list(least)).T
+    ends = np.array(list(least), np.int64).reshape(-1, 2).T
     graph = csr_array((np.array(list(least.values()), float), ends), shape=(vertices,) * 2)
     own = slice(*routes.node["first_vertex"][target : target + 2])
     found: np.ndarray = dijkstra(graph, indices=np.arange(vertices)[own]).min(axis=0)

@@ -249,7 +249,7 @@ def test_states_that_are_written_in_parts_are_those_written_at_once(
 ) -> None:
     network = two_way_road("EPSG:25832")
     run, whole, parts = run_of(network), tmp_path / "whole.gpkg", tmp_path / "parts.gpkg"
-    kept = link_states(run.result, network, bin_s=60.0, passages=run.passages)
+    kept = link_states(run.result, network, bin_s=60.0)
     table = link_times(run.result, network, bin_s=60.0)
     description = description_of(network)
     write_geopackage(whole, layers_of_run(replace(run, states=table), description), description)

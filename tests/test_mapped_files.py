@@ -89,7 +89,7 @@ def test_layers_are_named_where_there_are_several(tmp_path: Path) -> None:
         ("x.geojson", b"[" * 100_000, "cannot be read"),
         ("x.shp", b"\0\0\x27\x0a", "cannot be read"),
         ("x.parquet", b"PAR1", "is not a Parquet table"),
-        ("x.csv", b"a,b\n1,2\n", "has no geometry"),
+        ("x.csv", b"a,b\n1,2\n", "convert it to GeoPackage"),
         ("x.gpkg", None, "there is no such file"),
     ],
 )

@@ -84,7 +84,7 @@ def test_all_slips_come_at_once(tmp_path: Path, network: Network) -> None:
         "column free_sped: is no attribute of links that can be set; did you mean free_speed?",
         "column length_km: sets length, as length does",
         ":3, column link_id: the network has no such link",
-        ":4, column link_id: the link has a row above (found '1-2')",
+        ":4, column link_id: the link has a row above: keep one (found '1-2')",
         ":5, column link_id: the row names no link",
         ":2, column lanes: must be a finite number above 0, or empty (found 'x')",
         ":6, column length: must be a finite number above 0, or empty (found '-4')",

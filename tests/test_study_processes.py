@@ -52,7 +52,7 @@ def killed_once(job: Job) -> Report:
     marker = job.store.parent / "killed"
     if (job.scenario, job.seed) == ("larger", 1) and not marker.exists():
         marker.touch()
-        die_after_the_events()
+        die_after_the_trips()
     return run_job(job)
 
 
@@ -61,11 +61,11 @@ def killed_always(job: Job) -> Report:
     if (job.scenario, job.seed) == ("larger", 1):
         with (job.store.parent / "killed").open("a", encoding="utf-8") as file:
             file.write("once more\n")
-        die_after_the_events()
+        die_after_the_trips()
     return run_job(job)
 
 
-def die_after_the_events() -> None:
+def die_after_the_trips() -> None:
     import uxsim_geo.parquet
 
     write = uxsim_geo.parquet.write_table
@@ -106,8 +106,7 @@ def test_a_run_that_kills_every_worker_is_told_and_the_others_are_done(
     assert {name for name in undisturbed if found.get(name) != undisturbed[name]} == {
         name
         for name in undisturbed
-        if (name.startswith("runs/larger/seed_1/") and ("measures" in name or "trips" in name))
-        or name == "figures.csv"
+        if (name.startswith("runs/larger/seed_1/") and "measures" in name) or name == "figures.csv"
     }
     monkeypatch.undo()
     study(tmp_path, scheduler="processes", workers=2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 
@@ -39,6 +39,18 @@ class InputError(ValueError):
         super().__init__("\n".join(str(fault) for fault in self.faults))
 
 
+#: faults that are told in full where there are many: more than a reader can take in
+MOST_FAULTS = 50
+
+
+def told_in_part(faults: Sequence[Fault]) -> list[Fault]:
+    """The first faults, and how many more there are, so that a message can be read."""
+    more = len(faults) - MOST_FAULTS
+    if more <= 0:
+        return list(faults)
+    return [*faults[:MOST_FAULTS], Fault(f"and {more:,} more faults", faults[MOST_FAULTS].source)]
+
+
 @dataclass
 class Faults:
     """Collects faults so that a reader can go on to the end before it gives up.
@@ -48,7 +60,7 @@ class Faults:
     """
 
     source: str = ""
-    limit: int = 50
+    limit: int = MOST_FAULTS
     found: list[Fault] = field(default_factory=list)
     more: int = 0
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-import pickle
+import pickle  # nosec B403 # see load_overload
 import sys
 import tempfile
 from collections.abc import Callable
@@ -76,7 +76,7 @@ class KeptCode(NullCache):
         if content is not None:
             with suppress(Exception):  # whatever is wrong with it, compiling does as well
                 # object code, which may do anything: whose it is has been seen
-                parts = pickle.loads(content)  # noqa: S301
+                parts = pickle.loads(content)  # noqa: S301  # nosec B301
                 rtsys.initialize(target_context)  # the rest of numba is for compiling alone
                 return CompileResult._rebuild(target_context, *parts)  # type: ignore[no-untyped-call]
         if self._announced:

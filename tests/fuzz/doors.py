@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 # the helpers of the tests, also where this is no test
 sys.path[:0] = [str(Path(__file__).resolve().parents[level]) for level in (0, 1)]
 
-from cases import parts_of, write_parts  # noqa: E402
+from parts import parts_of, write_parts  # noqa: E402
 
 if TYPE_CHECKING:
     from pipeline.config import Config
@@ -268,6 +268,19 @@ def _omx(folder: Path) -> object:
     return read_omx(folder / "od.omx")
 
 
+def _save_a_run(folder: Path) -> None:
+    """Save a run half-way: what is in the file changes with the engine."""
+    from small_networks import demand, link, network
+
+    from uxsim_geo.engine.simulation import Simulation
+    from uxsim_geo.settings import Settings
+
+    roads = network([link("0", "a", "b", 100.0), link("1", "b", "c", 100.0)])
+    run = Simulation(roads, demand(("a", "c", 0.0, 60.0, 20)), Settings(100.0))
+    run.advance(50.0)
+    run.save(folder / "saved.zip")
+
+
 def _saved(folder: Path) -> object:
     from uxsim_geo.engine.simulation import Simulation
 
@@ -443,7 +456,7 @@ DOORS: dict[str, Door] = {
     "geojson": Door(lambda folder: _vector(folder / "roads.geojson"), "roads.geojson"),
     "flatgeobuf": Door(lambda folder: _vector(folder / "roads.fgb"), "roads.fgb"),
     "omx": Door(_omx, "od.omx"),
-    "saved": Door(_saved, "saved.zip"),
+    "saved": Door(_saved, "saved.zip", prepare=_save_a_run),
     "manifest": Door(_manifest, "runs/small/manifest.json", (), _finished_run),
     "study_manifest": Door(_study_manifest, "runs/study/manifest.json", (), _finished_study),
     "words": Door(_words, "words.txt"),

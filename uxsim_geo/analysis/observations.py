@@ -100,7 +100,9 @@ def _read(path: Path, kinds: list[tuple[str, ...]]) -> pd.DataFrame:
     columns = next((kind for kind in kinds if sorted(kind) == sorted(heading)), None)
     if columns is None:
         needed = " or ".join(",".join(kind) for kind in kinds)
-        faults.add(f"the first line must name the columns {needed}", line=line, value=heading)
+        faults.add(
+            f"the first line must name the columns {needed}", line=line, value=",".join(heading)
+        )
         faults.raise_if_any()
         columns = kinds[0]
     found = [

@@ -98,7 +98,7 @@ class Incident:
             faults.add("must be a whole number", column="lanes_closed", value=self.lanes_closed)
         whole = links[site.lanes[links] <= self.lanes_closed]
         if whole.size:
-            what = f"has no lane left on {site.name_links(whole)}: write a Closure for it"
+            what = f"leaves no lane open on {site.name_links(whole)}: close it instead"
             faults.add(what, column="lanes_closed", value=self.lanes_closed)
         share = 1.0 - self.lanes_closed / site.lanes[links]
 

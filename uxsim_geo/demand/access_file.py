@@ -30,7 +30,8 @@ def read_access(path: Path, network: Network) -> Access:
     found = find_columns(table, names | {"weight": ("weight",), "end": ("end",)}, {}, faults)
     for name in names:
         if name not in found:
-            faults.add(f"lacks the column {name}")
+            there = ", ".join(map(str, table.columns))
+            faults.add(f"lacks the column {name} (columns here: {there})")
     faults.raise_if_any()
     rows = pd.DataFrame({name: ids_of(table, found[name], faults) for name in names})
     rows["weight"] = numbers_of(table, found["weight"], faults) if "weight" in found else 1.0
@@ -53,7 +54,11 @@ def _add_access_faults(rows: pd.DataFrame, network: Network, faults: Faults) -> 
         (lacking(rows["zone"]), "zone", "needs a name"),
         (unknown, "node", "is no node of the network"),
         (~(np.isfinite(weight) & (weight > 0)), "weight", "must be a finite number above 0"),
-        (~rows["end"].isin([*ENDS, "both"]).to_numpy(bool), "end", "is no end"),
+        (
+            ~rows["end"].isin([*ENDS, "both"]).to_numpy(bool),
+            "end",
+            "must be origin, destination or both",
+        ),
         (twice, "node", "the node serves this zone in an earlier row already"),
     ):
         add_of_rows(faults, rows, wrong, column, what)

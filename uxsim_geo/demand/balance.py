@@ -70,7 +70,8 @@ def read_totals(path: Path) -> pd.DataFrame:
     found = find_columns(table, names, {}, faults)
     for name in TOTALS:
         if name not in found:
-            faults.add(f"lacks the column {name}")
+            there = ", ".join(map(str, table.columns))
+            faults.add(f"lacks the column {name} (columns here: {there})")
     faults.raise_if_any()
     totals = pd.DataFrame({"place": ids_of(table, found["place"], faults)})
     for name in TOTALS[1:]:

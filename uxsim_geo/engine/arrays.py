@@ -24,6 +24,7 @@ from uxsim_geo.network.paths import Paths
 from uxsim_geo.settings import Settings
 
 _FIRST_RING = 8  # places of a ring at the start; it doubles when it must
+_IN_CACHE = 2_000_000  # bytes of queues, to which platoons several times as large belong
 _EVENT_BUFFER = 1 << 14  # rows
 Records = npt.NDArray[Any]
 
@@ -109,6 +110,7 @@ def build_world(
             extra=np.zeros((drivers.size, len(links))),
             given=wishes.given.astype(np.int32),
             trail=np.empty(0, records.VISITED),
+            passed=np.empty(int(np.bincount(paths.tail).max(initial=0))),
             heap=np.empty(2 * (arc.size + paths.node.size), np.int64),
         ),
         calendar=Calendar(
@@ -125,6 +127,7 @@ def build_world(
         ),
     )
     world.links.clock["platoons_used"] = len(links) * _FIRST_RING + platoons.depart.size
+    world.links.clock["is_large"] = queue.nbytes > _IN_CACHE
     _list_origins(world, len(links))
     return world
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from uxsim_geo.engine.history import weight_at
 from uxsim_geo.engine.random import CHOICE, draw
 from uxsim_geo.engine.records import ARRIVE, DEAD_END, NOTHING, World, kernel, spliced
@@ -42,20 +44,22 @@ def first_trip(w: World, queue):
 @spliced
 def draw_arc(w: World, queue, step):
     """Draw the arc of a first platoon that chooses; gives how many it has to choose from."""
-    clock, v = w.links.clock[0], queue["vertex"]
+    clock, first = w.links.clock[0], w.routes.vertex[queue["vertex"]]["first_out"]
+    arcs = w.routes.vertex[queue["vertex"] + 1]["first_out"] - first
     slot = w.routes.destination[queue["destination"]]["slot"]
     trail = first_trip(w, queue)["trail"] if clock["no_cycles"] else -1
     while True:
-        total, options, arc = add_up_weights(w, v, slot, trail)
+        options, place = add_up_weights(w, first, arcs, slot, trail)
         if options > 0 or trail < 0:
             break
         trail = -1  # it has been everywhere: then that does not count
     if options > 1:
-        mark = -1.0
-        if not clock["deterministic"]:
-            mark = total * draw(w.log.key[queue["trip"]], queue["key"], CHOICE, step)
-        arc = pick(w, v, slot, trail, mark)
-    want(w, queue, arc)
+        if clock["deterministic"]:
+            place = heaviest(w, first, arcs, slot, trail)
+        else:
+            chance = draw(w.log.key[queue["trip"]], queue["key"], CHOICE, step)
+            place = min(place, pick(w, arcs, chance * w.routes.passed[arcs - 1]))
+    want(w, queue, first + place if options > 0 else np.int64(DEAD_END))
     return options
 
 
@@ -95,32 +99,33 @@ def may_choose(w: World, queue, arc):
 
 
 @kernel
-def add_up_weights(w: World, v, slot, trail):
-    """Sum the weights of the arcs from vertex v; how many have any, and the last of them."""
-    total, options, only = 0.0, 0, DEAD_END
-    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
-        weight = weight_of(w, slot, arc, trail)
-        if weight > 0.0:
-            total += weight
-            options += 1
-            only = arc
-    return total, options, only
+def add_up_weights(w: World, first, arcs, slot, trail):
+    """Sum the weights from the first arc to each; how many have any, and the place of the last."""
+    total, options, last = 0.0, 0, 0
+    for place in range(arcs):
+        weight = weight_of(w, slot, first + place, trail)
+        total += weight
+        w.routes.passed[place] = total
+        options += weight > 0.0
+        last = place if weight > 0.0 else last
+    return options, last
 
 
 @kernel
-def pick(w: World, v, slot, trail, mark):
-    """Give the arc in whose share of the summed weights the mark lies.
+def pick(w: World, arcs, mark):
+    """Give the place of the arc in whose share of the summed weights the mark lies."""
+    place = 0
+    for other in range(arcs):  # without branches: nobody could foresee them
+        place += w.routes.passed[other] <= mark
+    return place
 
-    A mark below 0 picks the heaviest, of several the first.
-    """
-    picked, passed, heaviest = DEAD_END, 0.0, 0.0
-    for arc in range(w.routes.vertex[v]["first_out"], w.routes.vertex[v + 1]["first_out"]):
-        weight = weight_of(w, slot, arc, trail)
-        if weight > 0.0 and mark >= 0.0:
-            picked = arc
-            passed += weight
-            if mark < passed:
-                break
-        elif weight > heaviest:
-            picked, heaviest = arc, weight
+
+@kernel
+def heaviest(w: World, first, arcs, slot, trail):
+    """Give the place of the arc of most weight, of several the first."""
+    picked, most = 0, 0.0
+    for place in range(arcs):
+        weight = weight_of(w, slot, first + place, trail)
+        if weight > most:
+            picked, most = place, weight
     return picked

@@ -15,7 +15,6 @@ the weights themselves (as for a logit choice, which has no memory). All of it i
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from uxsim_geo.engine.records import LANES, Hierarchy, Lanes, Routes, kernel
 
@@ -36,7 +35,7 @@ def bytes_needed(share: float, *, is_logit: bool = False) -> int:
     return 0
 
 
-def worth_of_bytes(share: float, count: int) -> npt.NDArray[np.float64]:
+def worth_of_bytes(share: float, count: int) -> np.ndarray:
     """What every byte is worth, (count, 256); the first byte holds the last eight updates."""
     back = np.arange(_BITS * count)
     worth = share * (1.0 - share) ** back
@@ -45,9 +44,7 @@ def worth_of_bytes(share: float, count: int) -> npt.NDArray[np.float64]:
     return np.ascontiguousarray(worth.reshape(count, _BITS) @ newest_first.T)
 
 
-def empty_memory(
-    batches: int, arcs: int, count: int
-) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+def empty_memory(batches: int, arcs: int, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Make room for the history, and for the weights, of so many batches."""
     history = np.zeros((batches * count, arcs, LANES), np.uint8)
     weight = np.zeros((0 if count else batches, arcs, LANES), np.float32)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from uxsim_geo.engine.calendar import mark
 from uxsim_geo.engine.changes import refresh_queues, sense_state
 from uxsim_geo.engine.close import finish_run
+from uxsim_geo.engine.foresight import call_choices, call_exits, call_queues
 from uxsim_geo.engine.node import visit
 from uxsim_geo.engine.records import Calendar, World, compiled, spliced
 
@@ -26,6 +27,8 @@ def advance(w: World):
             w.calendar.pending[v] = 0
             clock["pending"] -= 1
             clock["cursor"] = v
+            if clock["is_large"] and clock["pending"] > 1:
+                look_ahead(w, v)
             if not visit(w, v, clock["step"]):
                 mark(w, v)
                 return False
@@ -46,6 +49,18 @@ def open_step(w: World, step):
         q = queue["next"]
     clock["opened_step"] = step
     clock["cursor"] = 0
+
+
+@spliced
+def look_ahead(w: World, v):
+    """Have what the next two visits read on its way."""
+    clock = w.links.clock[0]
+    horizon = (clock["step"] + 1) * clock["step_length"]
+    next_one = next_pending(w.calendar, v)
+    call_exits(w, next_one, horizon)
+    next_one = next_pending(w.calendar, next_one + 1)
+    call_choices(w, next_one, horizon)
+    call_queues(w, next_pending(w.calendar, next_one + 1))
 
 
 @spliced

@@ -72,11 +72,10 @@ def gather(w: World, v, step, horizon):
     for place in range(first, last + (origin >= 0)):
         q = place if place < last else origin
         queue = w.links.queue[q]
-        if queue["ready"] < horizon:
-            queue["feasible"] = UNKNOWN
-            w.calendar.candidate[count] = q
-            count += 1
-        elif queue["listed_step"] < 0:
+        w.calendar.candidate[count] = q
+        queue["feasible"] = UNKNOWN
+        count += queue["ready"] < horizon  # a branch could not be foreseen
+        if (queue["listed_step"] < 0) & (horizon <= queue["ready"]) & (queue["ready"] < math.inf):
             await_ready(w, q, step)
     return count
 

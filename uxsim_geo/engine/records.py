@@ -236,6 +236,7 @@ CLOCK = np.dtype(
         ("cursor", np.int64),  # the next of them is looked for from here on
         ("vehicles_running", np.int64),
         ("vehicles_completed", np.int64),
+        ("is_large", np.int64),  # 1: more than a cache holds
         ("sleep", np.int64),  # 0: blocked platoons try again in every step
         ("swept", np.int64),  # links whose remaining platoons have been written
         ("vehicles_locked", np.int64),
@@ -289,6 +290,7 @@ class Routes(NamedTuple):
     extra: np.ndarray  # (drivers, links) float64: tolls, distance and advice in s; inf: banned
     given: np.ndarray  # (n,) int32: given routes one after the other, arcs
     trail: np.ndarray  # (n,) VISITED
+    passed: np.ndarray  # (most arcs of a vertex,) float64: sums of their weights, in a choice
     heap: np.ndarray  # (2 arcs + 2 vertices,) int64
 
 

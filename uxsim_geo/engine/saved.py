@@ -40,7 +40,7 @@ _LARGEST = 1 << 36  # bytes of one array
 _RATIO, _LEAST_BYTES = 230, 64_000_000
 
 #: parts of the world that are worked on and hold nothing between two steps
-_SCRATCH = ("candidate", "heap", "event", "pending_words")
+_SCRATCH = ("candidate", "passed", "heap", "event", "pending_words")
 #: what reading a damaged file may end in; RuntimeError: a method that zipfile cannot undo
 _DAMAGED = (
     OSError,
@@ -177,6 +177,8 @@ def with_arrays(world: World, arrays: Arrays) -> World:
     parts["calendar"] = calendar._replace(pending_words=calendar.pending.view(np.uint64))
     filled = World(**parts)
     links, drivers = world.routes.road.size, world.routes.driver.size
+    arcs, kept = world.routes.arc.size, len(world.routes.worth)
+    batches = int(filled.routes.destination["slot"].max(initial=-1)) // LANES + 1
     for array, shape in (
         (filled.links.clock, world.links.clock.shape),
         (filled.links.green, world.links.green.shape),
@@ -186,8 +188,8 @@ def with_arrays(world: World, arrays: Arrays) -> World:
         (filled.routes.vertex, world.routes.vertex.shape),
         (filled.routes.arc, world.routes.arc.shape),
         (filled.routes.incoming, world.routes.incoming.shape),
-        (filled.routes.history[:0], (0, world.routes.arc.size, LANES)),
-        (filled.routes.weight[:0], (0, world.routes.arc.size, LANES)),
+        (filled.routes.history, (batches * kept, arcs, LANES)),
+        (filled.routes.weight, (0 if kept else batches, arcs, LANES)),
         (filled.routes.worth, world.routes.worth.shape),
         (filled.routes.extra, (drivers, links)),
         (filled.routes.observed, world.routes.observed.shape),

@@ -64,7 +64,7 @@ def read_csv_table(
     if faults.found:
         return None
     if not rows:
-        faults.add("is empty")
+        faults.add("is empty: is it the right file?")
         return None
     header = [cell.strip() for cell in rows[0]]
     names = rename(header) if rename else header

@@ -93,7 +93,8 @@ def _through_traffic(table: CsvTable, notes: Notes, faults: Faults) -> np.ndarra
         return np.array([cell != "false" for cell in cells], dtype=bool)
     centroid = np.zeros(len(table), dtype=bool)
     for name in CENTROID_COLUMNS:
-        centroid |= [cell.strip().lower() in CENTROIDS for cell in table.cells(name)]
+        is_one = [cell.strip().lower() in CENTROIDS for cell in table.cells(name)]
+        centroid |= np.array(is_one, dtype=bool)
     if centroid.any():
         note = "nodes of the type centroid: no through traffic; value: nodes"
         notes.add("centroids", note, element="node", value=int(centroid.sum()))

@@ -8,12 +8,18 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from uxsim_geo.errors import Faults
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.rows import count_within, numbers
 
 Rows = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
+
+
+#: turns of a network, whatever its size; and beyond that for each link
+MOST_TURNS = 10_000_000
+TURNS_OF_A_LINK = 20
 
 
 @dataclass(frozen=True)
@@ -103,7 +109,11 @@ def passed_nodes(network: Network) -> Flags:
 
 
 def turns_of(network: Network, ends: Ends) -> Turns:
-    """Every pair of links that meet, in the order of the first link's row."""
+    """Every pair of links that meet, in the order of the first link's row.
+
+    Raises :class:`uxsim_geo.errors.InputError` where they are so many that it is no road network.
+    """
+    _check_turns(network, ends)
     leaving = np.argsort(ends.start, kind="stable")
     first = np.searchsorted(ends.start[leaving], np.arange(ends.nodes + 1))
     number = np.diff(first)[ends.end]
@@ -112,6 +122,23 @@ def turns_of(network: Network, ends: Ends) -> Turns:
     after = leaving[np.repeat(first[ends.end], number) + place]
     banned = np.isin(before * len(ends.end) + after, _plain_bans(network))
     return Turns(before, after, banned, twins_of(network, ends)[before] == after)
+
+
+def _check_turns(network: Network, ends: Ends) -> None:
+    """Refuse nodes at which thousands of links meet: each pair of them is a turn."""
+    into, out = (np.bincount(side, minlength=ends.nodes) for side in (ends.end, ends.start))
+    turns = into * out
+    if turns.sum() <= max(MOST_TURNS, TURNS_OF_A_LINK * len(ends.end)):
+        return
+    node = int(np.argmax(turns))
+    faults = Faults("nodes")
+    faults.add(
+        f"{turns.sum():,} turns from link to link are more than a road network has: at this node "
+        f"{into[node]:,} links end and {out[node]:,} start; are links there several times?",
+        column="node_id",
+        value=network.nodes["node_id"].iloc[node],
+    )
+    faults.raise_if_any()
 
 
 def _plain_bans(network: Network) -> Rows:

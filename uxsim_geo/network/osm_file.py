@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 #: node references in one way beyond which it is no road (the map itself allows 2,000)
 MOST_NODES = 100_000
 
+#: highways of a file, whatever its size; and beyond that one for so many bytes, packed or not
+MOST_WAYS = 200_000
+BYTES_OF_A_WAY = 16
+
 #: osmium's coordinates of a node without a place
 NOWHERE = 2**31 - 1
 
@@ -90,9 +94,11 @@ class OsmFile:
 class _Found:
     """What the first pass finds: by id, with the version in front: the newest of several stays.
 
-    ways: version, why it is no road (or empty), nodes, tags; restrictions: version, relation.
+    most: ways that there may be; ways: version, why it is no road (or empty), nodes, tags;
+    restrictions: version, relation.
     """
 
+    most: int
     ways: dict[int, tuple[int, str, array[int], dict[str, str]]] = field(default_factory=dict)
     restrictions: dict[int, tuple[int, Restriction]] = field(default_factory=dict)
 
@@ -157,7 +163,7 @@ def read_osm_file(
     faults.raise_if_any()
     assert written is not None, "a file without a format is a fault"
     source = osmium.io.File(str(path), written)
-    found = _Found()
+    found = _Found(MOST_WAYS + path.stat().st_size // BYTES_OF_A_WAY)
     try:
         _read_ways(source, reason_to_drop, found)
         progress(0.5)
@@ -204,6 +210,8 @@ def _add_way(element: Way, reason_to_drop: Callable[[Tags], str | None], found: 
     # files put together from several may have a way twice, in any order
     if known is None or (*known[:3], sorted(known[3].items())) < (*way[:3], sorted(tags.items())):
         found.ways[element.id] = way
+    if len(found.ways) > found.most:
+        raise ValueError(f"over {found.most:,} ways are more than a file of its size has")
 
 
 def _add_restriction(element: Relation, found: _Found) -> None:

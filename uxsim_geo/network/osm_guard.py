@@ -78,7 +78,7 @@ def _start(path: Path, faults: Faults) -> bytes | None:
         faults.add(f"cannot be read: {error}")
         return None
     if not start:
-        faults.add("is empty")
+        faults.add("is empty: is it the right file?")
     return start or None
 
 
@@ -91,7 +91,9 @@ def _format_by_name(path: Path, start: bytes, faults: Faults) -> str | None:
     written = "pbf" if named["pbf"] else "xml" + (named["packed"] or "").lower()
     found = _format_of(start)
     if found is None:
-        faults.add("is no OpenStreetMap file, neither XML (also packed) nor PBF")
+        faults.add(
+            "is no OpenStreetMap file, neither XML (also packed) nor PBF: is it the right file?"
+        )
     elif found != written:
         what = f"is {WORDS[found]}, and its name says {WORDS[written]}: name it as it is"
         faults.add(f"{what} ({ENDINGS})")

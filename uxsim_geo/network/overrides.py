@@ -170,7 +170,9 @@ def _add_link_faults(table: Overrides, network: Network, faults: Faults) -> None
             what = f"the network has no such link{hint}"
             faults.add(what, line=line, column="link_id", value=link_id)
         elif link_id in seen:
-            faults.add("the link has a row above", line=line, column="link_id", value=link_id)
+            faults.add(
+                "the link has a row above: keep one", line=line, column="link_id", value=link_id
+            )
         else:
             seen.add(link_id)
 

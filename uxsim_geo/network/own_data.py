@@ -39,7 +39,8 @@ def holds_own_data(path: Path, faults: Faults) -> bool:
     if head.startswith(tuple(_BEGINNINGS.values())) or _is_geojson(head):
         return True
     kinds = ", ".join(_BEGINNINGS)
-    faults.add(f"holds no data that are read here: convert it to {kinds} or GeoJSON")
+    what = "cannot be read as a table, it holds no data that are read here"
+    faults.add(f"{what}: convert it to {kinds} or GeoJSON")
     return False
 
 

@@ -17,7 +17,7 @@ def read_lines(path: Path, faults: Faults) -> list[str] | None:
     if text is None:
         return None
     if not text.strip():
-        faults.add("is empty")
+        faults.add("is empty: is it the right file?")
         return None
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 

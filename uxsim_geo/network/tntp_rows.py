@@ -70,7 +70,7 @@ def read_rows(
         faults.add("is a file of trips: a file of links or nodes was expected here")
         return None
     if not found.rows:
-        faults.add("has no row of data after its header")
+        faults.add("has no row of data after its header: is the file cut?")
         return None
     named = _name_columns(found, header or list(names), faults)
     if named is not None and _lacks_semicolon(named, text):

@@ -117,7 +117,7 @@ def _read_table(path: Path, columns: tuple[Column, ...], faults: Faults) -> list
     cells = list(_cells(path, faults))
     if not cells:
         if not faults.found:
-            faults.add("is empty")
+            faults.add("is empty: is it the right file?")
         return []
     places, headed = _places(cells[0][1], columns)
     for column in columns:
@@ -217,7 +217,12 @@ def _add_repeated(faults: Faults, rows: list[Row], known: Collection[str]) -> se
     for line, values in rows:
         name = values.get("name")
         if name in names:
-            faults.add("the name is taken already", line=line, column="name", value=name)
+            faults.add(
+                "the name is taken already: each needs its own",
+                line=line,
+                column="name",
+                value=name,
+            )
         elif name is not None:
             names.add(name)
     return names

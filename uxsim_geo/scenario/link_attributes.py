@@ -14,7 +14,7 @@ from uxsim_geo.errors import Faults
 from uxsim_geo.network.diagram import diagram_capacity
 from uxsim_geo.network.network import Network
 from uxsim_geo.network.overrides import SOURCES
-from uxsim_geo.network.rows import numbers, whole_where_possible
+from uxsim_geo.network.rows import count, numbers, whole_where_possible
 from uxsim_geo.network.selection import select_links
 from uxsim_geo.scenario.changes import Changes
 
@@ -85,7 +85,8 @@ def add_lanes(network: Network, target: Target, lanes: int) -> tuple[Network, pd
         faults.add("adds no lane", column="lanes", value=lanes)
     if (after < 1).any():
         few = network.links["link_id"].iloc[rows[after < 1]].astype(str).tolist()
-        what = f"leaves no lane of {len(few)} links, of {', '.join(few[:5])}: close them instead"
+        which = f"{count(len(few), 'link')}, of {', '.join(few[:5])}"
+        what = f"leaves no lane of {which}: close them instead"
         faults.add(what, column="lanes", value=lanes)
     faults.raise_if_any()
     return _with_values(network, rows, {"lanes": after})
