@@ -76,7 +76,7 @@ EXPECTED = {
     17: ["simulate.control.closures[0].begin_s: begins when the simulation is over"],
     18: ["simulate.control.closures[1].where: no link of the network is meant"],
     20: ["simulate.control.speed_limits[0].polygon: cannot be laid over the network"],
-    24: ["simulate.control.incidents[0].lanes_closed: has no lane left on link 4-2"],
+    24: ["simulate.control.incidents[0].lanes_closed: leaves no lane open on link 4-2: close it"],
     25: ["simulate.control.incidents[0].end_s: must be later than begin"],
     29: ["simulate.control.advice[0].classes: no such class of drivers"],
 }
