@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ import pandas as pd
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from cases import city
+from measuring import peak_mb
 
 if TYPE_CHECKING:
     from uxsim_geo.demand.demand import Demand
@@ -31,11 +31,6 @@ if TYPE_CHECKING:
 SIZE, ZONES = 100, 200
 STEPS = ("in memory", "to a file", "analysis")
 BIN = 300.0  # s
-
-
-def peak_mb() -> float:
-    """Most memory that this process has had so far, MB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def simulate(

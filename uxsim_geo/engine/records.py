@@ -95,7 +95,7 @@ QUEUE = np.dtype(
         ("last_green", np.int32),
         ("hole", np.int32),  # what `next_hole` was for the last entry
         ("locked", np.int32),  # 1: it will never move again
-        ("padding", np.float64, 2),
+        ("padding", np.float64, 2),  # to the end of the fourth line
     ],
     align=True,
 )
