@@ -81,8 +81,6 @@ def build_world(
     queue["end_node"][: len(links)] = ends
     home = origin_platoons(platoons, destination, paths.first[node_of_code[platoons.origin]])
     platoon = _fill_origins(queue, home, queue_of_platoon, settings.platoon_size)
-    steps = int(np.ceil(settings.duration / settings.step - 1e-9))
-    pending = np.zeros(-(-len(node_ids) // 8) * 8, np.uint8)
     rows = int(drivers["rows"].sum())
     arc = arc_records(paths, row_of_link)
     incoming = incoming_records(paths, arc)
@@ -113,12 +111,7 @@ def build_world(
             passed=np.empty(int(np.bincount(paths.tail).max(initial=0))),
             heap=np.empty(2 * (arc.size + paths.node.size), np.int64),
         ),
-        calendar=Calendar(
-            bucket=np.full(steps, -1, np.int32),
-            candidate=np.empty(_most_in(ends) + 1, np.int32),
-            pending=pending,
-            pending_words=pending.view(np.uint64),
-        ),
+        calendar=_empty_calendar(ends, len(node_ids), settings),
         log=Log(
             trip=trips_of(platoons, node_of_code, wishes),
             key=platoons.key,
@@ -132,8 +125,15 @@ def build_world(
     return world
 
 
-def _most_in(end_nodes: Ints) -> int:
-    return int(np.bincount(end_nodes).max(initial=0))
+def _empty_calendar(end_nodes: Ints, nodes: int, settings: Settings) -> Calendar:
+    pending = np.zeros(-(-nodes // 8) * 8, np.uint8)
+    most_in = int(np.bincount(end_nodes).max(initial=0))
+    return Calendar(
+        bucket=np.full(int(np.ceil(settings.duration / settings.step - 1e-9)), -1, np.int32),
+        candidate=np.empty(most_in + 1, np.int32),
+        pending=pending,
+        pending_words=pending.view(np.uint64),
+    )
 
 
 def order_of_links(paths: Paths) -> Ints:
